@@ -1,0 +1,65 @@
+"""Angles, rotations and covariance ellipses in the plane."""
+
+import numpy as np
+
+
+def wrap(angle):
+    """Bring angles [rad] of any shape into (-pi, pi].
+
+    Subtracting two bearings can give 359 degrees where the robot turned by -1: every *difference*
+    of angles goes through here, nothing else does.
+    """
+    return np.pi - (np.pi - np.asarray(angle, dtype=float)) % (2 * np.pi)
+
+
+def rotation(angle):
+    """Rotation matrix (2, 2) that turns a vector by `angle` [rad], counter-clockwise.
+
+    `rotation(theta) @ v` takes `v` from a robot's frame with heading theta to the world frame.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+def ellipse(mean, cov, sigmas=3.0, points=60):
+    """Outline (..., points, 2) [m] of the ellipse (x - mean)' cov^-1 (x - mean) = sigmas^2.
+
+    `mean` (..., 2) and `cov` (..., 2, 2) may be stacked: many ellipses come in one call.
+    In two dimensions the 3-sigma ellipse holds 98.9 % of the probability (not the 99.7 % that hold
+    in one dimension).
+    """
+    angle = np.linspace(0.0, 2 * np.pi, points)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return np.asarray(mean)[..., None, :] + sigmas * circle @ np.swapaxes(root(cov), -1, -2)
+
+
+def root(cov):
+    """A matrix A (..., n, n) with A A' = cov: the one place where a covariance's root is taken.
+
+    The eigenvalue form also takes a singular covariance (a robot without noise), where Cholesky
+    would stop; tiny negative eigenvalues from rounding count as zero.
+    """
+    values, vectors = np.linalg.eigh(np.asarray(cov, dtype=float))
+    return vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
+
+
+def as_covariance(value, name, size=2):
+    """`value` as a float (size, size) covariance; ValueError names the argument if it is not one."""
+    cov = np.asarray(value, dtype=float)
+    if cov.shape != (size, size):
+        raise ValueError(f"{name} must be a {size} x {size} covariance, but its shape is {cov.shape}")
+    if not np.isfinite(cov).all():
+        raise ValueError(f"{name} has an entry that is not a finite number")
+    if not np.allclose(cov, cov.T):
+        raise ValueError(f"{name} must be symmetric, as every covariance is")
+    if np.linalg.eigvalsh(cov)[0] < -1e-9 * max(1.0, abs(cov).max()):
+        raise ValueError(f"{name} has a negative variance in some direction: no covariance has that")
+    return cov
+
+
+def as_point(value, name):
+    """`value` as a float (2,) point [m]; ValueError names the argument if it is not one."""
+    point = np.array(value, dtype=float).reshape(-1)
+    if point.shape != (2,) or not np.isfinite(point).all():
+        raise ValueError(f"{name} must be two finite numbers (x, y), but it is {value!r}")
+    return point

@@ -1,0 +1,196 @@
+"""One recorded run, simulated or real, and a filter's history over it."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .feedback import FilterError, explain
+from .geometry import as_covariance, root
+from .robot import add_noise
+from .world import SENSORS, Landmark, Map, positions, sensed
+
+START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
+START_COV = 3.0 * np.eye(2)  # ... give or take 1.7 m
+
+
+@dataclass(frozen=True)
+class Log:
+    """What one robot did and saw in N steps; a simulated and a real run are the same type.
+
+    times     (N+1,) [s]; step k leads from times[k] to times[k+1].
+    controls  (N, m) commanded motion of each step: velocity (vx, vy) [m/s] in the world frame, or
+              (forward velocity [m/s], turn rate [rad/s]) of a robot with a heading.
+    seen_step (M,) which step each measurement belongs to, ascending; it is taken at the step's end.
+    seen_id   (M,) which landmark it is.
+    seen      (M, 2) the measurement, as Robot.measure gives it.
+    map       the landmarks that may be known to a filter.
+    sensor    'xy' or 'rb';  frame: 'world' or 'robot', the frame that bearings (or offsets) are in.
+    truth     (N+1, d) true position (x, y) or pose (x, y, theta), NaN where unknown; or None.
+    Q, R      the covariances a Robot was made with (per second / times one second), or None.
+    range     [m] how far the sensor sees, or None.
+    name      where the run comes from, for titles.
+    """
+
+    times: np.ndarray
+    controls: np.ndarray
+    seen_step: np.ndarray
+    seen_id: np.ndarray
+    seen: np.ndarray
+    map: Map
+    sensor: str = "xy"
+    frame: str = "world"
+    truth: np.ndarray | None = None
+    Q: np.ndarray | None = None
+    R: np.ndarray | None = None
+    range: float | None = None
+    name: str = "simulated run"
+    notes: tuple = field(default=())
+
+    def __post_init__(self):
+        n = len(self.controls)
+        for name, value, length in [
+            ("times", self.times, n + 1),
+            ("truth", self.truth, n + 1),
+            ("seen_id", self.seen_id, len(self.seen)),
+            ("seen_step", self.seen_step, len(self.seen)),
+        ]:
+            if value is not None and len(value) != length:
+                raise ValueError(f"a log of {n} steps needs {length} {name}, but there are {len(value)}")
+        if self.sensor not in SENSORS:
+            raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
+        if n and not (np.diff(self.times) > 0).all():
+            raise ValueError("the times of a log must increase from step to step")
+        for value in (self.times, self.controls, self.seen_step, self.seen_id, self.seen, self.truth):
+            if value is not None:
+                value.setflags(write=False)
+
+    def __len__(self):
+        return len(self.controls)
+
+    @property
+    def dt(self):
+        """Mean duration of a step [s]."""
+        return float(self.times[-1] - self.times[0]) / len(self)
+
+    @property
+    def count(self):
+        """(N,) how many landmarks were in view at each step."""
+        return np.bincount(self.seen_step, minlength=len(self))
+
+    def measurements(self):
+        """N lists of Landmark, fresh at each call: a filter that spoils them spoils its own only."""
+        values = self.seen.copy()
+        landmarks = [Landmark._of(p, i) for p, i in zip(values, self.seen_id.tolist())]
+        ends = np.cumsum(self.count).tolist()
+        return [landmarks[a:b] for a, b in zip([0, *ends], ends)]
+
+    def seen_by(self, sensor, R, range=None, rng=None):
+        """The same drive seen by another sensor: same truth and controls, new measurements."""
+        if self.truth is None:
+            raise ValueError("only a run whose true path is known can be seen by another sensor")
+        R, reach = as_covariance(R, "R"), range or self.range
+        seen = look(self.truth[1:, :2], self.map, sensor, R / self.dt, reach, np.random.default_rng(rng))
+        return replace(self, **seen, sensor=sensor, R=R, range=reach)
+
+
+@dataclass(frozen=True)
+class History:
+    """What a filter believed along a log of N steps.
+
+    times (N+1,) [s];  x (N+1, n) means;  P (N+1, n, n) covariances; entry 0 is the start.
+    x_prior (N, n), P_prior (N, n, n): after `predict`, before `update`.
+    R (2, 2): the covariance of one landmark that the filter used, or None if it has no field R.
+    """
+
+    times: np.ndarray
+    x: np.ndarray
+    P: np.ndarray
+    x_prior: np.ndarray
+    P_prior: np.ndarray
+    R: np.ndarray | None
+
+
+def simulate(robot, map, steps=None):
+    """Record a run of `robot` among the landmarks of `map`: a Log of `steps` (default: to `robot.tf`).
+
+    Starts where the robot stands and draws from its rng, but does not move it, so that calling it
+    again gives another run from the same start.  Same distribution as calling `action` and
+    `measure` in a loop, without the loop.
+    """
+    steps = round((robot.tf - robot.t) / robot.dt) if steps is None else int(steps)
+    if steps < 1:
+        raise ValueError(f"a run needs at least one step, but steps is {steps}")
+    times = robot.t + robot.dt * np.arange(steps + 1)
+    controls = robot.velocity(times[:-1])
+    moves = robot.dt * controls + robot.rng.standard_normal((steps, 2)) @ root(robot.Q).T
+    truth = robot.p + np.vstack([np.zeros(2), np.cumsum(moves, axis=0)])
+    seen = look(truth[1:], map, robot.type, robot.R, robot.range, robot.rng)
+    return Log(times, controls, **seen, map=map, sensor=robot.type, truth=truth,
+               Q=robot.Q / robot.dt, R=robot.R * robot.dt, range=robot.range)  # fmt: skip
+
+
+def look(path, map, sensor, R, range, rng):
+    """The measurement fields of a Log for a sensor carried along `path` (N, 2); R of one look."""
+    offset = positions(map) - np.asarray(path)[:, None, :]
+    step, which = np.nonzero(np.hypot(offset[..., 0], offset[..., 1]) <= range)
+    values = add_noise(sensed(offset[step, which], sensor), R, sensor, rng)
+    ids = np.array([landmark.id for landmark in map])
+    return {"seen_step": step, "seen_id": ids[which] if len(ids) else which, "seen": values}
+
+
+def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV):
+    """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given."""
+    Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
+    if Q is None or R is None:
+        raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
+    try:
+        return KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt)
+    except Exception as error:
+        raise FilterError(f"Your filter could not be made. {explain(error)}") from error
+
+
+def replay(kf, log):
+    """Run a filter over a recorded log and return its History.
+
+    kf: any object with `predict(u)`, `update(y)`, `xk_k` (n,) and `Pk_k` (n, n).
+    Raises FilterError, with the step and the student's own line, when the filter raises or when
+    what it leaves in `xk_k` and `Pk_k` is no estimate.
+    """
+    measurements, controls = log.measurements(), log.controls.copy()
+    k = -1
+    try:
+        n = len(np.asarray(kf.xk_k))
+        steps = len(log)
+        x, P = np.empty((steps + 1, n)), np.empty((steps + 1, n, n))
+        x_prior, P_prior = np.empty((steps, n)), np.empty((steps, n, n))
+        x[0], P[0] = kf.xk_k, kf.Pk_k
+        for k, y in enumerate(measurements):
+            kf.predict(controls[k])
+            x_prior[k], P_prior[k] = kf.xk_k, kf.Pk_k
+            kf.update(y)
+            x[k + 1], P[k + 1] = kf.xk_k, kf.Pk_k
+    except NotImplementedError as error:
+        raise FilterError(explain(error)) from error
+    except Exception as error:
+        problem = _shape_problem(kf) or explain(error)
+        raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
+    bad = ~(np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2)))
+    if bad.any():
+        raise FilterError(
+            f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number "
+            "(NaN or infinite). Look for a division by zero or a covariance that grows without end."
+        )
+    R = getattr(kf, "R", None)
+    return History(log.times, x, P, x_prior, P_prior, None if R is None else np.array(R, dtype=float))
+
+
+def _shape_problem(kf):
+    for name, ndim in (("xk_k", 1), ("Pk_k", 2)):
+        try:
+            shape = np.shape(getattr(kf, name))
+        except Exception:
+            return f"{name} is missing or not an array of numbers."
+        if len(shape) != ndim:
+            want = "(2,)" if ndim == 1 else "(2, 2)"
+            return f"{name} should have shape {want}, but it has shape {shape}."
+    return ""

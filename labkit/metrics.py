@@ -1,0 +1,90 @@
+"""How good an estimate is, and how honest its covariance.
+
+NEES and NIS: Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and
+Navigation" (2001), section 5.4.
+"""
+
+import numpy as np
+
+from .geometry import wrap
+from .world import difference, sensed
+
+
+def errors(history, log):
+    """(N+1, n) estimate minus truth; the third component, if there is one, is a wrapped angle."""
+    if log.truth is None:
+        raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
+    n = history.x.shape[1]
+    error = history.x - log.truth[:, :n]
+    if n > 2:
+        error[:, 2] = wrap(error[:, 2])
+    return error
+
+
+def distances(history, log):
+    """(N+1,) [m] distance between estimate and truth; NaN where the truth is unknown."""
+    return np.hypot(*errors(history, log)[:, :2].T)
+
+
+def rmse(history, log):
+    """Root mean square position error [m] over the steps whose truth is known."""
+    return float(np.sqrt(np.nanmean(distances(history, log) ** 2)))
+
+
+def nees(history, log):
+    """(N+1,) normalized estimation error squared e' P^-1 e: chi-square with n degrees of freedom."""
+    return _squared(errors(history, log), history.P)
+
+
+def nis(history, log):
+    """Normalized innovation squared (N,) and its degrees of freedom (N,), 2 for each landmark in view.
+
+    Computed without the filter's S, from what it believed before and after the update: the update
+    moves the estimate by d and leaves the residuals r_j, and then
+        innovation' S^-1 innovation = d' P_prior^-1 d + sum_j r_j' R^-1 r_j,
+    exactly so for a linear sensor and up to its curvature for range and bearing (the two sides are
+    the least squares cost at its minimum).  NaN where nothing was in view.
+    """
+    if history.R is None:
+        raise ValueError("the NIS needs the filter's field R, the covariance of one landmark")
+    step = log.seen_step
+    landmark = {lm.id: lm.p for lm in log.map}
+    p = np.array([landmark[i] for i in log.seen_id.tolist()]).reshape(-1, 2)
+    residual = difference(log.seen, sensed(p - history.x[step + 1], log.sensor), log.sensor)
+    cost = _squared(history.x[1:] - history.x_prior, history.P_prior)
+    fit = _squared(residual, np.broadcast_to(history.R, (len(step), 2, 2)))
+    cost = cost + np.bincount(step, fit, minlength=len(log))
+    return np.where(log.count > 0, cost, np.nan), 2 * log.count
+
+
+def _squared(e, P):
+    try:
+        return np.einsum("ki,ki->k", e, np.linalg.solve(P, e[..., None])[..., 0])
+    except np.linalg.LinAlgError:  # a filter told Q = 0 and R = 0 is infinitely sure
+        return np.einsum("ki,kij,kj->k", e, np.linalg.pinv(P, hermitian=True), e)
+
+
+def chi2_bounds(dof, level=0.95, runs=1):
+    """(low, high): where the mean of `runs` chi-square values falls with probability `level`."""
+    from scipy.stats import chi2  # half a second of import, needed only where bounds are drawn
+
+    tail = (1 - level) / 2
+    dof = np.asarray(dof)
+    return chi2.ppf(tail, dof * runs) / runs, chi2.ppf(1 - tail, dof * runs) / runs
+
+
+def inside(history, log, sigmas=3.0):
+    """(N+1,) whether the truth lies in the filter's `sigmas`-ellipse of the position."""
+    return _squared(errors(history, log)[:, :2], history.P[:, :2, :2]) <= sigmas**2
+
+
+def steps_to_converge(history, log, hold=10, sigmas=3.0):
+    """First step from which the truth stays in the `sigmas`-ellipse for `hold` steps, or None."""
+    ok = inside(history, log, sigmas).astype(int)
+    held = np.convolve(ok, np.ones(hold, dtype=int), mode="valid") == hold
+    return int(held.argmax()) if held.any() else None
+
+
+def semi_axis(history, sigmas=3.0):
+    """(N+1,) [m] the longer half axis of the filter's `sigmas`-ellipse of the position."""
+    return sigmas * np.sqrt(np.linalg.eigvalsh(history.P[:, :2, :2])[:, -1])

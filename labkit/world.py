@@ -1,0 +1,115 @@
+"""The world: landmarks with names, maps of them, and what a sensor sees of a map."""
+
+import numpy as np
+
+from .geometry import as_point, wrap
+
+SENSORS = ("xy", "rb")
+
+
+class Landmark:
+    """A point with a name, in a map or in a measurement.
+
+    p:  (2,) position [m] in a map; in a measurement (dx, dy) [m] or (range [m], bearing [rad]).
+    id: the name (any hashable); two landmarks are equal when their ids are.
+
+    `lm + v` and `lm - v` act on `p` and give arrays, so `lm - x` points from x to the landmark.
+    """
+
+    __slots__ = ("p", "id")
+    __array_ufunc__ = None  # `array - landmark` must reach __rsub__, not numpy's loop over objects
+
+    def __init__(self, p, id):
+        self.p = as_point(p, f"the position of landmark {id!r}")
+        self.id = id
+
+    @classmethod
+    def _of(cls, p, id):
+        """Without the checks, for the thousands of measurements of a recorded run."""
+        self = object.__new__(cls)
+        self.p, self.id = p, id
+        return self
+
+    def __add__(self, v):
+        return self.p + getattr(v, "p", v)
+
+    def __sub__(self, v):
+        return self.p - getattr(v, "p", v)
+
+    def __radd__(self, v):
+        return v + self.p
+
+    def __rsub__(self, v):
+        return v - self.p
+
+    def __eq__(self, other):
+        return self.id == getattr(other, "id", other)
+
+    def __hash__(self):
+        return hash(self.id)
+
+    def __repr__(self):
+        return f"Landmark({np.array2string(self.p, precision=3, separator=', ')}, id={self.id!r})"
+
+
+class Map(list):
+    """A list of Landmark in world coordinates, with distinct ids.
+
+    `m.index(lm)` finds a landmark by id, also that of a measurement; a bare id works too.
+    """
+
+    def __init__(self, landmarks=()):
+        super().__init__()
+        for landmark in landmarks:
+            self.append(landmark)
+
+    def append(self, landmark):
+        if not isinstance(landmark, Landmark):
+            raise TypeError(f"a Map holds Landmark objects, but it was given {landmark!r}")
+        if landmark in self:
+            raise ValueError(f"the map already has a landmark with id {landmark.id!r}")
+        super().append(landmark)
+
+    @property
+    def positions(self):
+        """(n, 2) [m], world frame, in the order of the list."""
+        return positions(self)
+
+    @property
+    def ids(self):
+        return [landmark.id for landmark in self]
+
+
+def positions(landmarks):
+    """(n, 2) array of the `p` of landmarks; (0, 2) where there are none."""
+    return np.array([lm.p for lm in landmarks], dtype=float).reshape(-1, 2)
+
+
+def random_map(n=25, rng=None, half_width=5.0):
+    """Map of `n` landmarks, ids 0..n-1, uniform in [-half_width, half_width]^2 [m].
+
+    rng: a numpy Generator, or a seed for one.
+    """
+    if n != int(n) or n < 0:
+        raise ValueError(f"n must be a number of landmarks (0, 1, 2 ...), but it is {n!r}")
+    points = np.random.default_rng(rng).uniform(-half_width, half_width, (int(n), 2))
+    return Map(Landmark._of(p, i) for i, p in enumerate(points))
+
+
+def sensed(offset, sensor):
+    """What a noise-free sensor reports of points at `offset` (..., 2) [m] from the robot.
+
+    'xy': the offset itself; 'rb': (range [m], bearing [rad]), bearing in the world frame.
+    """
+    if sensor == "xy":
+        return offset
+    dx, dy = offset[..., 0], offset[..., 1]
+    return np.stack([np.hypot(dx, dy), np.arctan2(dy, dx)], axis=-1)
+
+
+def difference(a, b, sensor):
+    """a - b for measurements (..., 2): bearings are wrapped, all else is plain subtraction."""
+    d = np.asarray(a) - b
+    if sensor == "rb":
+        d[..., 1] = wrap(d[..., 1])
+    return d
