@@ -13,6 +13,11 @@ _LIBRARIES = {os.path.realpath(p) for p in sysconfig.get_paths().values()} - {os
 class Told(Exception):
     """An error whose text is written for the student: notebooks show it without a traceback."""
 
+    @property
+    def lines(self):
+        """The text in lines, the sentence that matters most first."""
+        return str(self).splitlines()
+
     def _render_traceback_(self):  # IPython's hook for exceptions that know how to show themselves
         return str(self).splitlines()
 
@@ -30,19 +35,42 @@ def explain(error):
 def own_line(error):
     """'in update, line 12:  S = H @ P' for the deepest frame of the student's code, or ''."""
     if isinstance(error, SyntaxError):
-        return f"line {error.lineno}:  {(error.text or '').strip()}" if error.lineno else ""
-    found = ""
-    tb = error.__traceback__
+        place = f"{error.filename}, " if _is_cell(error.filename or "") else ""
+        return f"{place}line {error.lineno}:  {(error.text or '').strip()}" if error.lineno else ""
+    found, tb = [], error.__traceback__
     while tb is not None:
-        code = tb.tb_frame.f_code
-        if not _is_library(code.co_filename):
-            line = linecache.getline(code.co_filename, tb.tb_lineno, tb.tb_frame.f_globals).strip()
-            found = f"in {code.co_name}, line {tb.tb_lineno}:  {line}"
+        if not _is_library(tb.tb_frame.f_code.co_filename):
+            found.append((tb.tb_frame, tb.tb_lineno))
         tb = tb.tb_next
-    return found
+    if isinstance(error, RecursionError):  # it may run out anywhere; the line that calls itself is met most often
+        lines = [_line(*place) for place in found]
+        return max(lines, key=lines.count, default="")
+    return _line(*found[-1]) if found else ""
+
+
+def running_line(frame):
+    """The same for code that is still running: the innermost line of the student's under `frame`."""
+    while frame is not None and _is_library(frame.f_code.co_filename):
+        frame = frame.f_back
+    return _line(frame, frame.f_lineno) if frame else ""
+
+
+def _line(frame, number):
+    code = frame.f_code
+    cell = f"{code.co_filename}, " if _is_cell(code.co_filename) else ""
+    method = "" if code.co_name.startswith("<") else f"in {code.co_name}, "
+    text = linecache.getline(code.co_filename, number, frame.f_globals).strip()
+    return f"{cell}{method}line {number}:  {text}"
+
+
+def _is_cell(filename):
+    """Whether code was compiled by labkit.cells, which calls its files like "cell 'answer-kf'"."""
+    return re.search(r"(^|, )cell ('.*'|\d+)$", filename) is not None
 
 
 def _is_library(filename):
+    if _is_cell(filename):
+        return False
     path = os.path.realpath(filename)
     return filename.startswith("<frozen") or any(
         path.startswith(folder + os.sep) for folder in (_KIT, *_LIBRARIES)
@@ -51,15 +79,16 @@ def _is_library(filename):
 
 def sentence(error):
     """What went wrong, in the words of someone who has seen it a hundred times."""
-    text = str(error)
+    text = (error.msg if isinstance(error, SyntaxError) else str(error)).strip().removesuffix(".")
     if isinstance(error, Told):
-        return text
+        return str(error)
     if isinstance(error, NotImplementedError):
-        return text or "This part is still to be written: replace the `raise NotImplementedError`."
+        return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
+    name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
     for kind, pattern, advice in _KNOWN:
         if isinstance(error, kind) and re.search(pattern, text):
-            return f"{type(error).__name__}: {text}.\n{advice}"
-    return f"{type(error).__name__}: {text}"
+            return f"{name}.\n{advice}"
+    return name
 
 
 _KNOWN = [
@@ -81,16 +110,22 @@ _KNOWN = [
     (IndexError, ".",
      "Something was looked up at a position that is not there. A landmark's id is its name, not its "
      "place in the map: find it with `==` or `map.index(...)`."),
-    (AttributeError, "NoneType",
+    (KeyError, "", "A dictionary was asked for a key that it does not have."),
+    ((AttributeError, TypeError), "NoneType",
      "A variable is None: a function without `return`, or a search that found nothing."),
     (AttributeError, "Landmark",
      "A Landmark has two fields: `.p`, an array of two numbers, and `.id`."),
+    (AttributeError, "has no attribute",
+     "There is no such field or method: a typing slip, or a field that `__init__` does not set."),
     (UnboundLocalError, ".", "That name gets its value only in a branch that did not run."),
     (NameError, ".", "That name is not known here: a typing slip, a missing `self.`, or a cell not run yet."),
+    (TypeError, "unexpected keyword argument",
+     "The call and the definition disagree: a filter is made with KF(x0, P0, Q, R, m, dt=...)."),
     (TypeError, "positional argument",
      "The call and the definition disagree: methods take `self` first, then exactly what the signature says."),
     (TypeError, "Landmark",
      "A Landmark was used as if it were an array: its two numbers are in `.p`."),
+    (SystemExit, "", "The code ends Python itself (`exit()` or `quit()`): leave that out."),
     (RecursionError, ".", "A function calls itself without an end."),
     (ZeroDivisionError, ".", "A division by zero: is a list empty there, or a distance zero?"),
     (SyntaxError, ".", "Python cannot read this line: look for a missing bracket, colon or indent, there or just above."),

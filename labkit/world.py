@@ -107,6 +107,14 @@ def sensed(offset, sensor):
     return np.stack([np.hypot(dx, dy), np.arctan2(dy, dx)], axis=-1)
 
 
+def located(p, values, sensor):
+    """World positions (..., 2) [m] of what a robot at `p` (..., 2) measured: the inverse of `sensed`."""
+    if sensor == "xy":
+        return p + values
+    r, bearing = values[..., 0], values[..., 1]
+    return p + np.stack([r * np.cos(bearing), r * np.sin(bearing)], axis=-1)
+
+
 def difference(a, b, sensor):
     """a - b for measurements (..., 2): bearings are wrapped, all else is plain subtraction."""
     d = np.asarray(a) - b

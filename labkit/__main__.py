@@ -1,0 +1,7 @@
+"""`python -m labkit` is `labkit`."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

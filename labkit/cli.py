@@ -1,0 +1,106 @@
+"""The command line: `labkit check NOTEBOOK...`, `labkit data PATH`, `labkit build`."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from . import __version__
+
+PASSED, FAILED, UNREADABLE = 0, 1, 2
+
+
+def main(argv=None):
+    """Run one command and return the exit status."""
+    parser = argparse.ArgumentParser(prog="labkit", description="The robot localization labs.")
+    parser.add_argument("--version", action="version", version=f"labkit {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    status = "Exit status: 0 all passed, 1 something failed, 2 a file cannot be read."
+    test = commands.add_parser("check", help="run the checks of notebooks", description=status)
+    test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK")
+    test.add_argument(
+        "--timeout", type=float, default=60.0, metavar="SECONDS", help="for each notebook (default 60)"
+    )
+
+    take = commands.add_parser("data", help="take in recorded robot data that was downloaded")
+    take.add_argument("paths", nargs="*", metavar="PATH", help="a folder or a zip (none: say what is there)")
+
+    make = commands.add_parser(
+        "build", help="make notebooks and check numbers from the solutions (maintainers)"
+    )
+    make.add_argument("names", nargs="*", metavar="NAME", help="labs to build (default: all)")
+    make.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
+    make.add_argument("--no-run", action="store_true", help="do not run the solutions")
+
+    args = parser.parse_args(argv)
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that lacks a letter shows '?'
+    if args.command == "check":
+        try:
+            return check_all(args.notebooks, args.timeout)
+        except KeyboardInterrupt:
+            return 130
+    if args.command == "data":
+        from .datasets import main as data
+
+        return data(args.paths)
+    from .build import main as build
+
+    return build(args.names, check=args.check, run=not args.no_run)
+
+
+def check_all(paths, seconds):
+    """Check notebooks one after the other; print a line for each check; return the worst exit status."""
+    worst, passed, total = PASSED, 0, 0
+    for path in paths:
+        status, good, count = check_one(path, seconds)
+        worst, passed, total = max(worst, status), passed + good, total + count
+    if total:
+        print(f"{passed} of {total} checks passed.")
+    return worst
+
+
+def check_one(path, seconds):
+    """(exit status, checks passed, checks in all) of one notebook; prints a line for each check."""
+    news, cause = _listen(path, seconds)
+    lab = Path(path).stem
+    checks = next((item["names"] for item in news if item["kind"] == "checks"), [])
+    problem = next((item["text"] for item in news if item["kind"] == "unreadable"), "")
+    if not checks:
+        problem = problem or cause or f"{path} holds no check: is it one of the lab notebooks?"
+        print(f"ERROR  {problem}", file=sys.stderr)
+        return UNREADABLE, 0, 0
+    events = [item for item in news if item["kind"] == "event"]
+    for event in events:
+        name = event["check"] or event["where"]
+        print("  ".join(["PASS" if event["passed"] else "FAIL", lab, name, *event["lines"][:1]]))
+        for line in event["lines"][1:]:
+            print(f"      {line}")
+    for name in checks[sum(bool(event["check"]) for event in events) :]:
+        print(f"FAIL  {lab}  {name}  {cause or 'It did not run.'}")
+        cause = ""
+    good = sum(event["passed"] for event in events)
+    return (PASSED if good == len(events) == len(checks) else FAILED), good, len(checks)
+
+
+def _listen(path, seconds):
+    """The news of a child process that runs the notebook; and why it ended early, or ''."""
+    kit = Path(__file__).resolve().parent.parent
+    start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.worker import main; main({str(path)!r}, {seconds!r})"
+    child = subprocess.Popen(
+        [sys.executable, "-X", "utf8", "-c", start],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+    )  # fmt: skip
+    cause = "Python itself ended here, before the checks did."
+    try:
+        out, _ = child.communicate(timeout=seconds + 5)
+    except subprocess.TimeoutExpired:  # stuck where not even the child's own watchdog could act
+        child.kill()
+        out, _ = child.communicate()
+        cause = f"It was still running after {seconds:g} s, inside a library."
+    news = [json.loads(line) for line in out.decode("utf-8", "replace").splitlines() if line.endswith("}")]
+    return news, "" if news and news[-1]["kind"] in ("end", "unreadable") else cause

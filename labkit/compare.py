@@ -1,0 +1,86 @@
+"""Compare what came with stored numbers, and recognise known mistakes by their numbers."""
+
+import numpy as np
+
+TOLERANCE = 2e-3  # of the largest entry of an array: float32 and numerical derivatives pass
+TINY = 1e-6  # and this much on top, where all entries should be zero
+ANY = "any"  # stored where a mistake fails in a way that differs from one computer to the next
+
+
+def load(stored):
+    """A stored trace [steps, stop] with arrays for its lists; null was not a number."""
+    if stored == ANY:
+        return ANY
+    steps, stop = stored
+    return [[v if isinstance(v, str) else np.array(v, dtype=float) for v in step] for step in steps], stop
+
+
+def gap(trace, stored):
+    """How far a Trace is from a loaded one, in tolerances: up to 1 is the same, inf is another shape or ending."""
+    return max(_gaps(trace, stored), default=0.0)
+
+
+def same(trace, stored):
+    """gap(trace, stored) <= 1, found sooner."""
+    return all(value <= 1 for value in _gaps(trace, stored))
+
+
+def _gaps(trace, stored):
+    if stored == ANY:
+        return
+    steps, stop = stored
+    if (trace.stop and trace.stop.key) != stop or len(trace.steps) != len(steps):
+        yield np.inf
+        return
+    for mine, right in zip(trace.steps, steps):
+        yield from map(gap_of, mine, right)
+
+
+def gap_of(came, right):
+    """The same for two values, each a text or an array."""
+    if isinstance(came, str) or isinstance(right, str):
+        same = isinstance(came, str) and isinstance(right, str) and came == right
+        return 0.0 if same else np.inf
+    if came.shape != right.shape or (np.isnan(came) != np.isnan(right)).any():
+        return np.inf
+    known = ~np.isnan(right)
+    if not known.any():
+        return 0.0
+    limit = TOLERANCE * np.abs(right[known]).max() + TINY
+    return float(np.abs(came - right)[known].max() / limit)
+
+
+def nearest(trace, accepted):
+    """The smallest gap to any of the accepted traces, and that trace."""
+    gaps = [gap(trace, right) for right in accepted]
+    best = int(np.argmin(gaps))
+    return gaps[best], accepted[best]
+
+
+def identify(failed, mistakes):
+    """Known mistakes that explain the failed scenarios, the first to fix first: [(mistake, sure, where it fails)].
+
+    A mistake that explains some of them is still sure if others show that there is a second one.
+
+    failed: {id: Trace} of the scenarios that failed, in the order of the check.
+    mistakes: [{"id", "say", "forms": [{scenario id: loaded trace}]}]; a form lists the scenarios
+    where it fails, so a form that fails where the student passes is not the student's.
+    """
+    found = []
+    for mistake in mistakes:
+        for form in mistake["forms"]:
+            hits = {s for s, stored in form.items() if s in failed and same(failed[s], stored)}
+            if set(form) <= set(failed) and any(form[s] != ANY for s in hits):
+                if len(hits) == len(failed):
+                    return [(mistake, True, set(form))]
+                found.append((mistake, hits, set(form)))
+    named = []
+    for s in failed:
+        covered = set().union(*(where for *_, where in named))
+        options = [f for f in found if s in f[1]]
+        if s not in covered and options:
+            mistake, hits, where = max(options, key=lambda f: (len(f[1]), -len(f[2])))
+            most, others = 2 * len(hits) > len(where), set(failed) > where
+            if most or next(iter(failed)) in hits:
+                named.append((mistake, hits == where or most and others, where))
+    return named

@@ -1,0 +1,76 @@
+"""The handout's EnvPlot: one picture of robot, map and filter at each step of a loop."""
+
+import sys
+
+import numpy as np
+
+from .canvas import Canvas
+from .plots import ScenePanel
+from .world import located, positions
+
+
+class EnvPlot:
+    """`plotSim(r, m, kf)` shows a step: in a notebook, in a window, or nowhere on a headless machine.
+
+    Source: the practice handout, section 2; its axes, signs and colours.
+    """
+
+    def __init__(self):
+        self._window = None
+        self._handle = None
+        if _in_notebook():
+            self._canvas = Canvas(6.2, 4.6)
+            self._axes = self._canvas.axes[0]
+        else:
+            import matplotlib.pyplot as plt
+
+            self._window, self._axes = plt.subplots(figsize=(6.2, 4.6), layout="constrained")
+        self.panel = ScenePanel(self._axes)
+        if self._window is None:
+            self._canvas.move(self.panel)
+
+    @property
+    def figure(self):
+        """The matplotlib Figure, for saving it."""
+        return self._axes.figure
+
+    def plotSim(self, r, m, kf, pause=False):
+        """Draw robot `r`, map `m` and filter `kf`; with pause=True a window waits for a key.
+
+        In a notebook and without a display nothing waits.
+        """
+        seen = located(r.p, positions(r.objs), r.type)
+        mean, cov = np.ravel(kf.xk_k), np.asarray(kf.Pk_k)
+        self.panel.show(m, r.p, r.range, seen, mean, cov)
+        if self._window is None:
+            self._show_in_notebook()
+        elif _has_window():
+            import matplotlib.pyplot as plt
+
+            if pause:
+                self._axes.set_title("press a key to start")
+                self._window.waitforbuttonpress()
+                self._axes.set_title("")
+            plt.pause(0.01)
+
+    def _show_in_notebook(self):
+        from IPython.display import Image, display
+
+        # One output that is replaced, never cleared: clearing makes every other frame blank.
+        picture = Image(self._canvas.png(), format="png")
+        if self._handle is None:
+            self._handle = display(picture, display_id=True)
+        else:
+            self._handle.update(picture)
+
+
+def _in_notebook():
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return hasattr(shell, "kernel")
+
+
+def _has_window():
+    import matplotlib
+
+    return matplotlib.get_backend().lower() in {b.lower() for b in matplotlib.backends.backend_registry.list_builtin(
+        matplotlib.backends.BackendFilter.INTERACTIVE)}  # fmt: skip

@@ -1,0 +1,145 @@
+"""Say in plain words what was asked, what came, and how the two differ."""
+
+from textwrap import wrap
+
+import numpy as np
+
+from .compare import gap_of
+from .subjects import ODD
+
+WIDTH = 100
+
+
+def fold(text, indent=""):
+    """Lines of at most WIDTH characters."""
+    return [line for part in text.splitlines() for line in wrap(part, WIDTH, subsequent_indent=indent)]
+
+
+def evidence(scenario, trace, expected, known=""):
+    """(summary, lines): what is wrong, then the call, what was expected and what came.
+
+    known: what to say about a known mistake; else the summary comes from what the numbers tell.
+    """
+    steps, stop = expected
+    names, at = scenario["look"], list(scenario.get("at", range(len(steps))))
+    printed = _column("printed", [line[:WIDTH] for line in trace.printed.strip().splitlines()[-3:]])
+    not_yet = f"Not yet right: {scenario['title']}. "
+    wrong = next((i for i, (c, r) in enumerate(zip(trace.steps, steps)) if max(map(gap_of, c, r)) > 1), None)
+    if wrong is None:
+        stop = trace.stop
+        call = _column("call", fold(call_text(scenario, stop.call)))
+        told, own = stop.text.splitlines(), [stop.line] * bool(stop.line)
+        if stop.kind == "NotImplementedError":
+            return f"Still to be written: {told[0]}", [f"  {line}" for line in own]
+        if stop.kind in ODD:
+            return known or stop.text, call + printed
+        asked = _values(names, steps[at.index(stop.call)]) if stop.call in at else []
+        lines = call + _column("expected", asked) + _column("came", fold(told[0]) + own)
+        return known or not_yet + " ".join(told[1:]), lines + printed
+    came, right = trace.steps[wrong], steps[wrong]
+    before = steps[wrong - 1] if wrong and "make" in scenario and "at" not in scenario else None
+    which = [i for i in range(len(names)) if gap_of(came[i], right[i]) > 1]
+    call = call_text(scenario, at[wrong])
+    shown = [names[i] for i in which]
+    return known or not_yet + _hint(which, came, right, before, names, call.split("(")[0]), [
+        *_column("before", _values(names, before) if before else []),
+        *_column("call", fold(call)),
+        *_column("expected", _values(shown, [right[i] for i in which])),
+        *_column("came", _values(shown, [came[i] for i in which])),
+        *printed,
+    ]
+
+
+def _column(title, lines):
+    return [f"  {title if i == 0 else '':9} {line}" for i, line in enumerate(lines)]
+
+
+def _values(names, values):
+    texts = [(f"{name} = " if name else "") + number_text(v) for name, v in zip(names, values)]
+    return [line for text in texts for line in fold(text)]
+
+
+def call_text(scenario, call):
+    """The call as a student would type it, with its numbers: 'predict([0.4, -0.6])'."""
+    if "make" in scenario:
+        if call == 0:
+            options = "".join(f", {k}={v}" for k, v in scenario["make"][1].items())
+            return f"__init__(x0, P0, Q, R, m{options})"
+        call -= 1
+    name, *args = scenario["calls"][call]
+    return f"{name}({', '.join(input_text(arg) for arg in args)})"
+
+
+def input_text(stored):
+    """A stored input as a student would type it."""
+    if isinstance(stored, list):
+        return number_text(np.array(stored))
+    if not isinstance(stored, dict):
+        return repr(stored)
+    ((kind, content),) = stored.items()
+    if kind == "map":
+        return "m"
+    if kind == "ints":
+        return str(content)
+    if kind == "landmark":
+        return f"Landmark({number_text(np.array(content[1:]))}, id={content[0]!r})"
+    shown = [input_text({"landmark": lm}) for lm in content[:2]]
+    return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
+
+
+def number_text(value):
+    """Numbers rounded to four digits: '[1.234, -0.5]'."""
+    if isinstance(value, str):
+        return repr(value)
+    if value.ndim == 0:
+        return "NaN" if np.isnan(value) else f"{value + 0.0:.4g}"
+    return "[" + ", ".join([number_text(v) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+
+
+def _hint(which, came, right, before, names, method):
+    """One sentence on how the values that differ do so, or ''."""
+    i = which[0]
+    name = names[i] or "The result"
+    hint = _compare(came[i], right[i], name)
+    if before is not None and gap_of(came[i], before[i]) <= 1:
+        return f"`{method}` leaves {name} as it was: is the new value assigned to `self.{name}`?"
+    if hint or before is None or len(which) == len(names) or len(names) != 2:
+        return hint
+    if i == 0:
+        return f"{names[1]} is right, so look at the innovation, the gain and the line that sets {names[0]}."
+    return f"{names[0]} is right, so look at the line that sets {names[1]}."
+
+
+def _compare(came, right, name):
+    if isinstance(came, str) or isinstance(right, str):
+        if not (isinstance(came, str) and isinstance(right, str)):
+            return f"{name} should be a {'text' if isinstance(right, str) else 'number'}."
+        return "Only the spelling differs." if came.strip().lower() == right.lower() else ""
+    if came.shape != right.shape:
+        return _shapes(came, right, name)
+    if np.isnan(came).any():
+        return "NaN means 'not a number': look for a division by zero, or the root of a negative number."
+    top = np.unravel_index(np.abs(right).argmax(), right.shape)
+    factor = came[top] / right[top] if right[top] else 0
+    if factor and gap_of(came, factor * right) <= 1:
+        if abs(factor + 1) < 1e-3:
+            return f"{name} has the other sign."
+        return f"{name} is {factor:.4g} times the expected value."
+    if right.ndim == 2 and gap_of(came, right.T) <= 1:
+        return f"{name} is the transpose of what was expected."
+    if right.size > 1 and gap_of(np.sort(came, axis=None), np.sort(right, axis=None)) <= 1:
+        return f"The numbers of {name} are right, but in another order."
+    if right.ndim == 2 and gap_of(right, right.T) <= 1 and gap_of(came, came.T) > 1:
+        return f"{name} should be symmetric, as every covariance is: is there a transpose missing?"
+    return ""
+
+
+def _shapes(came, right, name):
+    text = f"{name} should have the shape {right.shape}, but it has {came.shape}"
+    if right.ndim == 0:
+        return f"{name} should be a single number, but it is an array of shape {came.shape}."
+    if right.ndim == 1 and came.size == right.size:
+        return f"{text}: keep vectors one-dimensional (`np.concatenate` or `.ravel()`)."
+    if right.ndim == 1 and came.ndim == 2:
+        return f"{text}: (n,) + (n, 1) makes a matrix, and so does `*` where `@` is meant."
+    return f"{text}: it lies on its side." if came.shape == right.shape[::-1] else f"{text}."

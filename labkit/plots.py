@@ -1,0 +1,165 @@
+"""Pictures of runs. Each panel sets up one matplotlib axes once and is then filled by `show`.
+
+The same panels serve a static figure (`MapPanel(ax).show(log, history)`), the sliders and the
+animation, where only `artists` are redrawn.  Colours are Okabe and Ito's, told apart by colour-blind
+readers, and lines differ in style as well.
+"""
+
+import numpy as np
+
+from . import metrics
+from .geometry import ellipse
+from .world import located, positions
+
+BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
+
+
+def limits(log, margin=0.6):
+    """(xmin, xmax, ymin, ymax) [m] that hold the map and the true path of a log."""
+    points = positions(log.map)
+    if log.truth is not None:
+        points = np.vstack([points, log.truth[np.isfinite(log.truth[:, 0]), :2]])
+    if not len(points):
+        return -5.1, 5.1, -5.1, 5.1
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    return low[0], high[0], low[1], high[1]
+
+
+def _map_axes(ax, box):
+    ax.set_aspect("equal")
+    ax.set(xlim=box[:2], ylim=box[2:], xlabel="x [m]", ylabel="y [m]")
+
+
+class MapPanel:
+    """The whole run in the map: true path, estimated path, 3-sigma ellipses along it."""
+
+    def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1), title="Map, with 3σ ellipses"):
+        _map_axes(ax, box)
+        ax.set_title(title)
+        (self.landmarks,) = ax.plot([], [], "k*", ms=7, label="landmarks")
+        (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
+        (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.3, label="estimate")
+        (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.7, alpha=0.8)
+        self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate]
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3, fontsize=8, frameon=False,
+                  handlelength=1.8, columnspacing=1.2)  # fmt: skip
+
+    def show(self, log, history, ellipses=20):
+        self.landmarks.set_data(*positions(log.map).T)
+        if log.truth is not None:
+            self.truth.set_data(*log.truth[:, :2].T)
+        self.estimate.set_data(*history.x[:, :2].T)
+        every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
+        outline = ellipse(history.x[every, :2], history.P[every, :2, :2], points=40)
+        gap = np.full((len(every), 1, 2), np.nan)  # lifts the pen between two ellipses
+        self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
+        return self
+
+
+class ErrorPanel:
+    """Error of x and y over time, each within its own 3-sigma bounds."""
+
+    def __init__(self, ax, duration, limit=2.0):
+        ax.set(xlim=(0, duration), ylim=(-limit, limit), xlabel="time [s]", ylabel="error [m]")
+        ax.set_title("Error and its 3σ bounds")
+        ax.axhline(0, color=GREY, lw=0.6)
+        self.lines = []
+        for name, color, style in [("x", BLUE, "-"), ("y", VERMILION, "--")]:
+            (error,) = ax.plot([], [], style, color=color, lw=1.2, label=f"error in {name}")
+            (bound,) = ax.plot([], [], ":" if name == "x" else "-.", color=color, lw=0.9, label=f"±3σ of {name}")
+            self.lines.append((error, bound))
+        self.artists = [line for pair in self.lines for line in pair]
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2, fontsize=8, frameon=False)
+
+    def show(self, log, history):
+        t = log.times - log.times[0]
+        error = metrics.errors(history, log)
+        both = np.concatenate([t, [np.nan], t])  # upper and lower bound in one line
+        for i, (line, bound) in enumerate(self.lines):
+            sigma = 3 * np.sqrt(np.maximum(history.P[:, i, i], 0))
+            line.set_data(t, error[:, i])
+            bound.set_data(both, np.concatenate([sigma, [np.nan], -sigma]))
+        return self
+
+
+class ConsistencyPanel:
+    """NEES, or NIS per measured number, over time with its 95 % chi-square bounds (log scale)."""
+
+    def __init__(self, ax, duration, kind="nees"):
+        self.kind = kind
+        ylabel = {"nees": "NEES (2 is consistent)", "nis": "NIS / numbers measured (1 is consistent)"}[kind]
+        ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
+        ax.set_title(f"{kind.upper()} and its 95 % bounds")
+        (self.value,) = ax.plot([], [], "-", color=BLUE, lw=1.0, marker=".", ms=2.5, label=kind.upper())
+        (self.low,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="95 % bounds")
+        (self.high,) = ax.plot([], [], "--", color=ORANGE, lw=1.3)
+        self.artists = [self.low, self.high, self.value]
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2, fontsize=8, frameon=False)
+
+    def show(self, log, history):
+        t = log.times - log.times[0]
+        if self.kind == "nees":
+            value, dof, scale = metrics.nees(history, log), np.full(len(t), 2), 1.0
+        else:
+            t, (value, dof) = t[1:], metrics.nis(history, log)
+            scale = np.where(dof > 0, dof, np.nan)
+        kinds, which = np.unique(np.maximum(dof, 1), return_inverse=True)
+        low, high = metrics.chi2_bounds(kinds)
+        self.value.set_data(t, np.maximum(value / scale, 1e-9))
+        self.low.set_data(t, low[which] / scale)
+        self.high.set_data(t, high[which] / scale)
+        return self
+
+
+class ScenePanel:
+    """One moment, drawn with the handout's signs.
+
+    Black stars: the map.  Blue + and dashed blue circle: the robot and how far it sees.  Blue stars:
+    what it measured.  Red + and red ellipse: the estimate and its 3-sigma ellipse.
+    """
+
+    def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1)):
+        _map_axes(ax, box)
+        (self.landmarks,) = ax.plot([], [], "k*", ms=8, label="landmarks")
+        (self.trail,) = ax.plot([], [], "-", color=BLUE, lw=0.8, alpha=0.6)
+        (self.guess,) = ax.plot([], [], "--", color=VERMILION, lw=0.8, alpha=0.8)
+        (self.robot,) = ax.plot([], [], "+", color=BLUE, ms=11, mew=2, label="robot")
+        (self.circle,) = ax.plot([], [], "--", color=BLUE, lw=1, label="sensing range")
+        (self.seen,) = ax.plot([], [], "*", color=BLUE, ms=8, mfc="none", label="measured")
+        (self.mean,) = ax.plot([], [], "+", color=VERMILION, ms=11, mew=2, label="estimate")
+        (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.5, label="3σ ellipse")
+        self.artists = [self.landmarks, self.trail, self.guess, self.circle, self.seen, self.robot,
+                        self.ellipse, self.mean]  # fmt: skip
+        ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8, frameon=False)
+
+    def show(self, map, p, reach, seen, mean, cov):
+        """p (2,) true position or None; seen (n, 2) world positions of what was measured."""
+        self.landmarks.set_data(*positions(map).T)
+        if p is not None:
+            self.robot.set_data([p[0]], [p[1]])
+        if p is not None and reach:
+            self.circle.set_data(*ellipse(p, np.eye(2), sigmas=reach).T)
+        self.seen.set_data(*np.reshape(seen, (-1, 2)).T)
+        self.mean.set_data([mean[0]], [mean[1]])
+        self.ellipse.set_data(*ellipse(mean, cov).T)
+        return self
+
+    def show_step(self, log, history, k):
+        """Step k of a run, 0 being the start, with the paths up to there."""
+        truth = None if log.truth is None else log.truth[:, :2]
+        p = None if truth is None or np.isnan(truth[k]).any() else truth[k]
+        now = log.seen_step == k - 1
+        start = history.x[k, :2] if p is None else p
+        self.guess.set_data(*history.x[: k + 1, :2].T)
+        if truth is not None:
+            self.trail.set_data(*truth[: k + 1].T)
+        seen = located(start, log.seen[now], log.sensor)
+        return self.show(log.map, p, log.range, seen, history.x[k, :2], history.P[k, :2, :2])
+
+
+def plot_run(axes, log, history, kind="nees"):
+    """Fill three axes: map with paths, error within its bounds, NEES or NIS within its bounds."""
+    duration = log.times[-1] - log.times[0]
+    MapPanel(axes[0], limits(log)).show(log, history)
+    ErrorPanel(axes[1], duration).show(log, history)
+    ConsistencyPanel(axes[2], duration, kind).show(log, history)

@@ -1,0 +1,14 @@
+"""What the checks ask, which other right answers there are, and which mistakes students make.
+
+Only maintainers need this: `labkit build` turns it into the numbers in labkit/checkdata.
+"""
+
+from . import cartesian, cartesian_parts, mismatch, range_bearing, range_bearing_parts
+
+CHECKS = [
+    *cartesian_parts.CHECKS,
+    *cartesian.CHECKS,
+    *mismatch.CHECKS,
+    *range_bearing_parts.CHECKS,
+    *range_bearing.CHECKS,
+]

@@ -1,0 +1,55 @@
+"""Inputs and code that the filters of labs 1 and 3 have in common."""
+
+import numpy as np
+
+from labkit import Robot, random_map, simulate
+
+STATE = ["xk_k", "Pk_k"]
+X0 = [0.4, -0.7]
+P0 = [[0.5, 0.15], [0.15, 0.3]]
+Q = [[0.08, 0.03], [0.03, 0.05]]
+
+
+def filter_scenario(id, title, R, map, calls, dt=0.25, **more):
+    """Inputs for a filter that starts at X0, P0; calls are ('predict', u) or ('update', [(id, p), ...])."""
+    calls = [[name, arg if name == "predict" else {"landmarks": [[i, *p] for i, p in arg]}] for name, arg in calls]
+    make = [[X0, P0, Q, R, {"map": map}], {"dt": dt}]
+    return {"id": id, "title": title, "look": STATE, "make": make, "calls": calls, **more}
+
+
+def first_scenarios(R, map):
+    """The constructor, predict, and an update without a landmark."""
+    made, fields = "the constructor: x0, P0, Q times dt, R divided by dt", [*STATE, "Q", "R"]
+    back = ("predict", [-0.3, 0.5])
+    return [
+        filter_scenario("fields", made, R, map, [], dt=0.2, look=fields),
+        filter_scenario("predict", "predict, one step", R, map, [("predict", [0.4, -0.6])]),
+        filter_scenario("predict-dt", "predict, two steps of 0.5 s", R, map, [back, back], dt=0.5),
+        filter_scenario("empty", "update without a landmark changes nothing", R, map, [("update", [])]),
+    ]
+
+
+def drive(R, sensor, seed):
+    """The scenario of 40 steps among 14 landmarks, some of them in the dark."""
+    rng = np.random.default_rng(seed)
+    world = random_map(14, rng)
+    log = simulate(Robot(X0, np.array(Q), np.array(R), type=sensor, rng=rng), world, steps=40)
+    calls = []
+    for u, y in zip(log.controls, log.measurements()):
+        calls += [("predict", u.tolist()), ("update", [(lm.id, lm.p.round(4).tolist()) for lm in y])]
+    places = [[lm.id, *lm.p.round(4).tolist()] for lm in world]
+    return filter_scenario("drive", "a drive of 40 steps", R, places, calls, at=[2, 10, 40, 80])
+
+
+def with_update(body):
+    """A form of a solution: its filter with another `update`."""
+    lines = "\n".join(f"        {line}" for line in body.strip("\n").split("\n"))
+    return f"class KF(KF):\n    def update(self, y):\n        if len(y) == 0:\n            return\n{lines}\n"
+
+
+FLOAT32 = [
+    ("x0, dtype=float", "x0, dtype=np.float32"),
+    ("P0, dtype=float", "P0, dtype=np.float32"),
+    ("np.array(Q) * dt", "np.array(Q, dtype=np.float32) * dt"),
+    ("np.array(R) / dt", "np.array(R, dtype=np.float32) / dt"),
+]
