@@ -26,11 +26,16 @@ _LAZY = {
 
 __all__ = [
     "FilterError", "History", "Landmark", "Log", "Map", "Robot", "make_filter", "random_map",
-    "replay", "rotation", "simulate", "wrap", *_LAZY,
+    "replay", "rotation", "simulate", "wrap", *_LAZY, "metrics", "mrclam",
 ]  # fmt: skip
 
 
+_MODULES = ("metrics", "mrclam")  # reachable as labkit.metrics without an import of their own
+
+
 def __getattr__(name):
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
     if name in _LAZY:
         return getattr(import_module(f".{_LAZY[name]}", __name__), name)
     raise AttributeError(f"module 'labkit' has no attribute '{name}'")

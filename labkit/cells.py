@@ -34,8 +34,8 @@ class Step:
 class Session:
     """The cells of one notebook and the names that they make.
 
-    Statements of setup and answer cells run, and calls of `check`; a statement of another cell (shown
-    code, or what a student added) runs only if it sets a name that those need.
+    Statements of setup and answer cells run, and calls of `check`; an import of the set-up, or a
+    statement of another cell (shown, or added by the student), runs if it sets a name that those need.
     """
 
     def __init__(self, cells, place="", wanted=()):
@@ -57,7 +57,7 @@ class Session:
         source = plain(cell.source)
         linecache.cache[filename] = (len(source), None, source.splitlines(True), filename)
         try:
-            body = ast.parse(source, filename).body
+            body = [part for node in ast.parse(source, filename).body for part in _parts(node)]
             steps = [_step(cell, node, filename) for node in body]
         except (SyntaxError, ValueError) as error:
             self.broken.append((cell, error))
@@ -105,6 +105,17 @@ class Session:
         return lines
 
 
+def _parts(node):
+    """One statement for each name of an import: matplotlib is slow to load, and checks do not draw."""
+    if isinstance(node, ast.Import):
+        return [ast.copy_location(ast.Import([name]), node) for name in node.names]
+    if isinstance(node, ast.ImportFrom):
+        return [
+            ast.copy_location(ast.ImportFrom(node.module, [name], node.level), node) for name in node.names
+        ]
+    return [node]
+
+
 def _step(cell, node, filename):
     code = compile(ast.Module([node], []), filename, "exec", dont_inherit=True)
     sets, uses = _names(code)
@@ -135,8 +146,9 @@ def _names(code, top=True):
 
 
 def _needed(steps, wanted):
-    """The steps that run: those of setup and answer cells, the checks, and what they depend on."""
+    """The steps that run: checks, answers, the set-up but for its imports, and what all these depend on."""
     chosen = {step for step in steps if step.check or step.cell.role in ("setup", "answer")}
+    chosen -= {step for step in chosen if step.cell.role == "setup" and isinstance(step.node, _IMPORTS)}
     while True:
         names = wanted.union(*(step.uses for step in chosen))
         more = {step for step in steps if step.sets & names} - chosen
@@ -160,6 +172,9 @@ def plain(source):
 
 # %matplotlib inline, !pip list, files = !ls, ?np.kron, np.kron?
 _MAGIC = re.compile(r"^(\s*)([\w.,\s]*=\s*)?(?:[%!?].*|[\w.]+\?+\s*)$")
+
+
+_IMPORTS = (ast.Import, ast.ImportFrom)
 
 
 class _Nothing:

@@ -8,11 +8,12 @@ import inspect
 import json
 import re
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 
-from .compare import gap, identify, load, nearest
+from .compare import gap, identify, nearest
 from .feedback import Told
-from .hints import evidence, fold
+from .hints import evidence, fold, todo
 from .subjects import run
 
 DATA = Path(__file__).parent / "checkdata"
@@ -33,12 +34,12 @@ class CheckFailed(Told):
 
 def check(name, subject):
     """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckFailed."""
-    data = stored(name)
+    data = stored(str(name))
     problem = unfit(data, subject)
     if problem:
         raise CheckFailed(name, problem)
     traces = steady_traces(data, subject)
-    right = {s["id"]: nearest(traces[s["id"]], [load(r) for r in s["right"]]) for s in data["scenarios"]}
+    right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
     must = [s for s in data["scenarios"] if "advice" not in s]
     failed = [s for s in must if right[s["id"]][0] > 1]
     if failed:
@@ -52,11 +53,12 @@ def check(name, subject):
             print("\n".join(fold(f"Note: {s['advice']}")))
 
 
+@cache
 def stored(name):
-    """The data of a check, by its name."""
+    """The data of a check, by its name; not to be changed."""
     path = DATA / f"{name}.json"
     if not path.is_file():
-        near = get_close_matches(str(name), [p.stem for p in DATA.glob("*.json")], 1)
+        near = get_close_matches(name, [p.stem for p in DATA.glob("*.json")], 1)
         raise CheckFailed(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
     return json.loads(path.read_text(encoding="utf-8"))
 
@@ -120,11 +122,7 @@ def _unsteady(data, before, after):
 
 def diagnosis(data, failed, traces, right):
     """(summary, detail lines) of the failed scenarios: what to fix first, and what else is known."""
-    mistakes = [
-        {**m, "forms": [{s: load(t) for s, t in form.items()} for form in m["forms"]]}
-        for m in data["mistakes"]
-    ]
-    named = identify({s["id"]: traces[s["id"]] for s in failed}, mistakes)
+    named = identify({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
     first = failed[0]
     trace, (_, expected) = traces[first["id"]], right[first["id"]]
     known = [n for n in named if first["id"] in n[2]]
@@ -132,8 +130,8 @@ def diagnosis(data, failed, traces, right):
     summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
     for s in failed[1:]:
         stop = traces[s["id"]].stop
-        if stop and stop.kind == "NotImplementedError" and stop.text.splitlines()[0] not in summary:
-            others.append(f"Still to be written: {stop.text.splitlines()[0]}")
+        if stop and stop.kind == "NotImplementedError":
+            others += [todo(stop)] if todo(stop) != summary else []
             break
     return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")]
 

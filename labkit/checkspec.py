@@ -61,12 +61,13 @@ def definitions(root):
 
 
 def answers(root, lab):
-    """The imports and answer cells of a solution, as one source."""
+    """The imports of the setup cell and the answer cells of a solution, as one source."""
     text = (Path(root) / "solutions" / f"{lab}.py").read_text(encoding="utf-8")
-    cells = re.split(r"^# %%", text, flags=re.MULTILINE)
-    imports = [ast.unparse(n) for n in ast.parse(text).body if isinstance(n, ast.Import | ast.ImportFrom)]
-    bodies = [cell.partition("\n")[2] for cell in cells if '"answer' in cell.partition("\n")[0]]
-    return "\n".join(imports + bodies)
+    cells = [part.partition("\n")[::2] for part in re.split(r"^# %%", text, flags=re.MULTILINE)]
+    cells = [(head, body) for head, body in cells if "[markdown]" not in head]
+    setup = ast.parse("\n".join(body for head, body in cells if '"setup' in head)).body
+    imports = [ast.unparse(node) for node in setup if isinstance(node, ast.Import | ast.ImportFrom)]
+    return "\n".join(imports + [body for head, body in cells if '"answer' in head])
 
 
 def build(source, form, name):

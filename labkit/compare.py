@@ -7,16 +7,11 @@ TINY = 1e-6  # and this much on top, where all entries should be zero
 ANY = "any"  # stored where a mistake fails in a way that differs from one computer to the next
 
 
-def load(stored):
-    """A stored trace [steps, stop] with arrays for its lists; null was not a number."""
-    if stored == ANY:
-        return ANY
-    steps, stop = stored
-    return [[v if isinstance(v, str) else np.array(v, dtype=float) for v in step] for step in steps], stop
-
-
 def gap(trace, stored):
-    """How far a Trace is from a loaded one, in tolerances: up to 1 is the same, inf is another shape or ending."""
+    """How far a Trace is from a stored one, in tolerances: up to 1 is the same, inf is another shape or ending.
+
+    stored: [steps, key of the stop or None], or ANY; null stands for not-a-number.
+    """
     return max(_gaps(trace, stored), default=0.0)
 
 
@@ -33,7 +28,12 @@ def _gaps(trace, stored):
         yield np.inf
         return
     for mine, right in zip(trace.steps, steps):
-        yield from map(gap_of, mine, right)
+        yield from map(gap_of, mine, values(right))
+
+
+def values(step):
+    """The stored values of one step, with arrays for lists and numbers."""
+    return [v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step]
 
 
 def gap_of(came, right):
@@ -63,7 +63,7 @@ def identify(failed, mistakes):
     A mistake that explains some of them is still sure if others show that there is a second one.
 
     failed: {id: Trace} of the scenarios that failed, in the order of the check.
-    mistakes: [{"id", "say", "forms": [{scenario id: loaded trace}]}]; a form lists the scenarios
+    mistakes: [{"id", "say", "forms": [{scenario id: stored trace}]}]; a form lists the scenarios
     where it fails, so a form that fails where the student passes is not the student's.
     """
     found = []

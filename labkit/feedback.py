@@ -128,5 +128,6 @@ _KNOWN = [
     (SystemExit, "", "The code ends Python itself (`exit()` or `quit()`): leave that out."),
     (RecursionError, ".", "A function calls itself without an end."),
     (ZeroDivisionError, ".", "A division by zero: is a list empty there, or a distance zero?"),
-    (SyntaxError, ".", "Python cannot read this line: look for a missing bracket, colon or indent, there or just above."),
+    (SyntaxError, ".",
+     "Python cannot read this line: look for a missing bracket, colon or indent, there or just above."),
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from textwrap import wrap
 
 import numpy as np
 
-from .compare import gap_of
+from .compare import gap_of, values
 from .subjects import ODD
 
 WIDTH = 100
@@ -18,56 +18,77 @@ def fold(text, indent=""):
 def evidence(scenario, trace, expected, known=""):
     """(summary, lines): what is wrong, then the call, what was expected and what came.
 
-    known: what to say about a known mistake; else the summary comes from what the numbers tell.
+    known: what to say about a known mistake; else the summary is what the numbers tell.
     """
-    steps, stop = expected
-    names, at = scenario["look"], list(scenario.get("at", range(len(steps))))
-    printed = _column("printed", [line[:WIDTH] for line in trace.printed.strip().splitlines()[-3:]])
-    not_yet = f"Not yet right: {scenario['title']}. "
+    steps = [values(step) for step in expected[0]]
     wrong = next((i for i, (c, r) in enumerate(zip(trace.steps, steps)) if max(map(gap_of, c, r)) > 1), None)
-    if wrong is None:
-        stop = trace.stop
-        call = _column("call", fold(call_text(scenario, stop.call)))
-        told, own = stop.text.splitlines(), [stop.line] * bool(stop.line)
-        if stop.kind == "NotImplementedError":
-            return f"Still to be written: {told[0]}", [f"  {line}" for line in own]
-        if stop.kind in ODD:
-            return known or stop.text, call + printed
-        asked = _values(names, steps[at.index(stop.call)]) if stop.call in at else []
-        lines = call + _column("expected", asked) + _column("came", fold(told[0]) + own)
-        return known or not_yet + " ".join(told[1:]), lines + printed
-    came, right = trace.steps[wrong], steps[wrong]
-    before = steps[wrong - 1] if wrong and "make" in scenario and "at" not in scenario else None
-    which = [i for i in range(len(names)) if gap_of(came[i], right[i]) > 1]
-    call = call_text(scenario, at[wrong])
-    shown = [names[i] for i in which]
-    return known or not_yet + _hint(which, came, right, before, names, call.split("(")[0]), [
+    summary, lines = (
+        _stopped(scenario, trace.stop, steps) if wrong is None else _off(scenario, trace, steps, wrong)
+    )
+    printed = [line[:WIDTH] for line in trace.printed.strip().splitlines()[-3:]]
+    return known or summary, lines + _column("printed", printed)
+
+
+def _stopped(scenario, stop, steps):
+    """For a scenario that ended early."""
+    told, own = stop.text.splitlines(), [stop.line] * bool(stop.line)
+    if stop.kind == "NotImplementedError":
+        return todo(stop), [f"  {line}" for line in own]
+    call = _column("call", fold(call_text(scenario, stop.call)))
+    if stop.kind in ODD:
+        return stop.text, call
+    at = _calls(scenario, steps)
+    asked = _values(scenario["look"], steps[at.index(stop.call)]) if stop.call in at else []
+    summary = " ".join([f"Not yet right: {scenario['title']}.", *told[1:]])
+    return summary, call + _column("expected", asked) + _column("came", fold(told[0]) + own)
+
+
+def todo(stop):
+    """The text of an unfilled stub, as a sentence."""
+    text = stop.text.partition("\n")[0]
+    return text if "still to be written" in text else f"Still to be written: {text}"
+
+
+def _off(scenario, trace, steps, i):
+    """For a scenario whose i-th stored step came out with other values."""
+    names, came, right = scenario["look"], trace.steps[i], steps[i]
+    before = steps[i - 1] if i and "make" in scenario and "at" not in scenario else None
+    which = [j for j in range(len(names)) if gap_of(came[j], right[j]) > 1]
+    call = call_text(scenario, _calls(scenario, steps)[i])
+    hint = _hint(which, came, right, before, names, call.split("(")[0])
+    shown = [names[j] for j in which]
+    return f"Not yet right: {scenario['title']}. {hint}".strip(), [
         *_column("before", _values(names, before) if before else []),
         *_column("call", fold(call)),
-        *_column("expected", _values(shown, [right[i] for i in which])),
-        *_column("came", _values(shown, [came[i] for i in which])),
-        *printed,
+        *_column("expected", _values(shown, [right[j] for j in which])),
+        *_column("came", _values(shown, [came[j] for j in which])),
     ]
+
+
+def _calls(scenario, steps):
+    """The number of the call that each stored step belongs to."""
+    return list(scenario.get("at", range(len(steps))))
 
 
 def _column(title, lines):
     return [f"  {title if i == 0 else '':9} {line}" for i, line in enumerate(lines)]
 
 
-def _values(names, values):
-    texts = [(f"{name} = " if name else "") + number_text(v) for name, v in zip(names, values)]
+def _values(names, arrays):
+    texts = [(f"{name} = " if name else "") + number_text(v) for name, v in zip(names, arrays)]
     return [line for text in texts for line in fold(text)]
 
 
 def call_text(scenario, call):
-    """The call as a student would type it, with its numbers: 'predict([0.4, -0.6])'."""
+    """The call as a student would type it, with its numbers: 'predict([0.4, -0.6]) with dt=0.25'."""
     if "make" in scenario:
+        options = ", ".join(f"{k}={v}" for k, v in scenario["make"][1].items())
         if call == 0:
-            options = "".join(f", {k}={v}" for k, v in scenario["make"][1].items())
-            return f"__init__(x0, P0, Q, R, m{options})"
-        call -= 1
+            return f"__init__(x0, P0, Q, R, m, {options})"
+        name, *args = scenario["calls"][call - 1]
+        return f"{name}({', '.join(map(input_text, args))}) with {options}"
     name, *args = scenario["calls"][call]
-    return f"{name}({', '.join(input_text(arg) for arg in args)})"
+    return f"{name}({', '.join(map(input_text, args))})"
 
 
 def input_text(stored):

@@ -88,7 +88,7 @@ class Log:
         """The same drive seen by another sensor: same truth and controls, new measurements."""
         if self.truth is None:
             raise ValueError("only a run whose true path is known can be seen by another sensor")
-        R, reach = as_covariance(R, "R"), range or self.range
+        R, reach = as_covariance(R, "R"), range or self.range or np.inf
         seen = look(self.truth[1:, :2], self.map, sensor, R / self.dt, reach, np.random.default_rng(rng))
         return replace(self, **seen, sensor=sensor, R=R, range=reach)
 

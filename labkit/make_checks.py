@@ -10,7 +10,7 @@ import numpy as np
 
 from .checks import DATA
 from .checkspec import Unclear, answers, build, definitions
-from .compare import ANY, gap, identify, load, nearest
+from .compare import ANY, gap, identify, nearest
 from .subjects import run
 
 
@@ -56,7 +56,7 @@ def _each(scenarios, traces):
 
 
 def _far(trace, scenario):
-    return nearest(trace, [load(r) for r in scenario["right"]])[0]
+    return nearest(trace, scenario["right"])[0]
 
 
 def _mistake(check, source, mistake, scenarios, problems):
@@ -75,8 +75,8 @@ def _mistake(check, source, mistake, scenarios, problems):
                 )
             elif far >= 5:
                 pack = _pack(trace)
-                steady = all(gap(other[s["id"]], load(pack)) < 0.3 for other in shaken)
-                stored[s["id"]] = pack if steady else ANY
+                steady = all(gap(other[s["id"]], pack) < 0.3 for other in shaken)
+                stored[s["id"]] = pack if steady and _size(trace) < 1e6 else ANY
         if all(v == ANY for v in stored.values()):
             problems.append(f"the mistake '{mistake.id}' passes")
         elif stored not in forms:
@@ -85,17 +85,20 @@ def _mistake(check, source, mistake, scenarios, problems):
     return {"id": mistake.id, "say": mistake.say, "forms": forms, "runs": runs}
 
 
+def _size(trace):
+    """The largest number in a trace: a filter that ran away ends elsewhere on another computer."""
+    numbers = [np.abs(v) for step in trace.steps for v in step if not isinstance(v, str)]
+    return max((np.nan_to_num(v).max() for v in numbers), default=0.0)
+
+
 def _misnamed(mistakes):
     """Complaints about mistakes that would be taken for others, now or after a small change of numbers."""
-    loaded = [
-        {**m, "forms": [{s: load(t) for s, t in form.items()} for form in m["forms"]]} for m in mistakes
-    ]
-    for mistake in loaded:
+    for mistake in mistakes:
         for failed in mistake["runs"]:
-            names = [m["id"] for m, _, _ in identify(failed, loaded)]
+            names = [m["id"] for m, _, _ in identify(failed, mistakes)]
             if names != [mistake["id"]]:
                 yield f"the mistake '{mistake['id']}' is taken for {names}"
-            for other in loaded:
+            for other in mistakes:
                 near = [form for form in other["forms"] if set(form) == set(failed)]
                 if other is not mistake and any(max(gap(failed[s], f[s]) for s in failed) < 3 for f in near):
                     yield f"'{mistake['id']}' and '{other['id']}' are too alike"
@@ -166,4 +169,4 @@ def _alike(a, b):
         return len(a) == len(b) and all(map(_alike, a, b))
     if isinstance(a, float) and isinstance(b, float):
         return bool(np.isclose(a, b, rtol=1e-6, atol=1e-9))
-    return a == b
+    return a == b or ANY in (a, b)  # what depends on rounding may have been steady by chance

@@ -47,6 +47,8 @@ def nis(history, log):
     """
     if history.R is None:
         raise ValueError("the NIS needs the filter's field R, the covariance of one landmark")
+    if log.frame != "world":
+        raise ValueError("the NIS is for measurements in the world frame, but these are in the robot's")
     step = log.seen_step
     landmark = {lm.id: lm.p for lm in log.map}
     p = np.array([landmark[i] for i in log.seen_id.tolist()]).reshape(-1, 2)
@@ -74,7 +76,7 @@ def chi2_bounds(dof, level=0.95, runs=1):
 
 
 def inside(history, log, sigmas=3.0):
-    """(N+1,) whether the truth lies in the filter's `sigmas`-ellipse of the position."""
+    """(N+1,) whether the truth lies in the filter's `sigmas`-ellipse; False where it is unknown."""
     return _squared(errors(history, log)[:, :2], history.P[:, :2, :2]) <= sigmas**2
 
 
@@ -88,3 +90,18 @@ def steps_to_converge(history, log, hold=10, sigmas=3.0):
 def semi_axis(history, sigmas=3.0):
     """(N+1,) [m] the longer half axis of the filter's `sigmas`-ellipse of the position."""
     return sigmas * np.sqrt(np.linalg.eigvalsh(history.P[:, :2, :2])[:, -1])
+
+
+def summary(history, log):
+    """The figures that matter in one line of text, with units."""
+    if log.truth is None:
+        value, dof = nis(history, log)
+        return f"mean NIS per measured number {np.nansum(value) / max(dof.sum(), 1):.2f} (1 is consistent)"
+    steps = steps_to_converge(history, log)
+    known = np.isfinite(distances(history, log))
+    return (
+        f"position RMSE {rmse(history, log):.2f} m · "
+        f"truth inside the 3σ ellipse in {100 * inside(history, log)[known].mean():.0f} % of the steps · "
+        f"mean NEES {np.nanmean(nees(history, log)):.2f} (2 is consistent) · "
+        + ("never stays inside for 10 steps" if steps is None else f"inside to stay from step {steps}")
+    )

@@ -87,7 +87,7 @@ class ConsistencyPanel:
 
     def __init__(self, ax, duration, kind="nees"):
         self.kind = kind
-        ylabel = {"nees": "NEES (2 is consistent)", "nis": "NIS / numbers measured (1 is consistent)"}[kind]
+        ylabel = {"nees": "NEES (2 is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
         ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
         ax.set_title(f"{kind.upper()} and its 95 % bounds")
         (self.value,) = ax.plot([], [], "-", color=BLUE, lw=1.0, marker=".", ms=2.5, label=kind.upper())
@@ -163,3 +163,13 @@ def plot_run(axes, log, history, kind="nees"):
     MapPanel(axes[0], limits(log)).show(log, history)
     ErrorPanel(axes[1], duration).show(log, history)
     ConsistencyPanel(axes[2], duration, kind).show(log, history)
+
+
+def plot_mean_nees(ax, times, values, dof=2):
+    """Mean NEES over runs, values (runs, N+1), within the bounds that 95 % of such means keep."""
+    low, high = metrics.chi2_bounds(dof, runs=len(values))
+    ax.plot(times, np.mean(values, axis=0), "-", color=BLUE, lw=1, label=f"mean of {len(values)} runs")
+    ax.axhspan(low, high, color=ORANGE, alpha=0.35, label="95 % bounds")
+    ax.axhline(dof, color=GREY, lw=0.8, ls=":")
+    ax.set(xlim=(times[0], times[-1]), xlabel="time [s]", ylabel="mean NEES")
+    ax.legend(fontsize=8)

@@ -152,7 +152,7 @@ class Explorer:
             return
         for panel in self.panels:
             panel.show(self.log, history)
-        text = summary(self.log, history)
+        text = metrics.summary(history, self.log)
         self.screen.show(self.canvas.jpeg(), text)
         self.box._picture, self.box._text = self.canvas.png, text
 
@@ -163,20 +163,6 @@ class Explorer:
         if name == "R" and self.sensor == "rb":
             return f"σ = {sigma[0]:.3g} m, {np.rad2deg(sigma[1]):.3g}° per landmark"
         return f"σ = {sigma[0]:.3g} m per {'step' if name == 'Q' else 'landmark'}"
-
-
-def summary(log, history):
-    """The figures that matter, as text with units."""
-    if log.truth is None:
-        value, dof = metrics.nis(history, log)
-        return f"mean NIS per measured number {np.nansum(value) / max(dof.sum(), 1):.2f} (1 is consistent)"
-    steps = metrics.steps_to_converge(history, log)
-    share = 100 * metrics.inside(history, log)[np.isfinite(metrics.distances(history, log))].mean()
-    return (
-        f"position RMSE {metrics.rmse(history, log):.2f} m · truth inside the 3σ ellipse in {share:.0f} % of the steps · "
-        f"mean NEES {np.nanmean(metrics.nees(history, log)):.2f} (2 is consistent) · "
-        + ("never stays inside for 10 steps" if steps is None else f"inside to stay from step {steps}")
-    )
 
 
 def play(run, log, interval=80, most=200):

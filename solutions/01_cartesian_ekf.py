@@ -1,7 +1,125 @@
+# %% [markdown]
+# # Lab 1 · Where is the robot? A Kalman filter with landmarks
+#
+# *About 90 minutes. You need Python, a little matrix algebra, and no knowledge of Kalman filters.*
+#
+# A robot drives a square. It knows what it was told to do, but its wheels slip. It sees landmarks that are on its map, but not
+# sharply. Neither is enough; together they are. The Kalman filter is the recipe for putting them together.
+#
+# **By the end you can**
+# - say what a filter *believes*: a position and a covariance, drawn as an ellipse;
+# - predict that belief through a motion, and correct it with measurements;
+# - judge whether a filter is right *and* whether it knows how right it is.
+#
+# **You will write** `stack`, `repeat_R` and the class `KF` with its two methods `predict` and `update`. Under each answer is a
+# *check* cell: run it as often as you like. It tells you what is wrong, not just that something is.
+
+# %% [markdown]
+# ## Symbols
+#
+# | symbol | in the code | shape | unit | what it is |
+# |---|---|---|---|---|
+# | $\hat x$ | `kf.xk_k` | (2,) | m | estimated position, world frame |
+# | $P$ | `kf.Pk_k` | (2, 2) | m² | its covariance: how unsure the filter is |
+# | $v$ | `u` | (2,) | m/s | commanded velocity |
+# | $T$ | `kf.dt` | number | s | length of a step, 0.25 s |
+# | $Q$ | `kf.Q` | (2, 2) | m² | covariance of the motion noise of one step |
+# | $R$ | `kf.R` | (2, 2) | m² | covariance of the noise of one measured landmark |
+# | $y$ | `y` | list of `Landmark` | m | what the robot measures now |
+# | $p$ | `len(y)` | number | – | how many landmarks are in view |
+# | $H$ | `H` | (2p, 2) | – | derivative of the stacked measurement by the position |
+# | $S$ | `S` | (2p, 2p) | m² | covariance of the innovation |
+# | $K$ | `K` | (2, 2p) | – | Kalman gain |
+#
+# A *covariance* is a variance for several numbers at once: variances on the diagonal, and beside it how much two of them err together.
+# Its square root is the standard deviation σ.
+
 # %% id="setup" tags=["setup"]
+import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import Landmark, Map, Robot, check, random_map, replay, simulate
+from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play, random_map, replay, simulate
+from labkit.metrics import inside, nees, rmse, semi_axis, steps_to_converge
+from labkit.plots import plot_run
+
+# %% [markdown]
+# ## 1. The robot and its world
+#
+# The map is a list of landmarks. Each has a position `p` and a name `id`. The robot moves one step with `action()`, which returns the
+# velocity it was told to drive, and looks around with `measure(m)`, which returns the landmarks within 2.5 m. In a measurement, `p` is
+# the position *relative to the robot*. Noise is everywhere: in the motion (covariance `Q`) and in what it sees (covariance `R`).
+#
+# **Before you run it:** the robot is at (2, −2) and is told to drive up at 0.5 m/s for 0.25 s. Where would it be after one step if its
+# motion had no noise?
+
+# %%
+Q = np.diag([0.25**2, 0.25**2])  # motion noise, per second [m^2/s]
+R = np.diag([0.2**2, 0.2**2])  # measurement noise of one landmark, times one second [m^2 s]
+
+m = random_map(25, rng=1)
+r = Robot((2, -2), Q, R, rng=1)
+u = r.action()
+y = r.measure(m)
+
+print("told to drive", u, "m/s; is really at", r.p.round(3))
+for lm in y:
+    print(f"sees landmark {lm.id:2d} at {lm.p.round(2)} from itself;  on the map it is at {m[m.index(lm)].p.round(2)}")
+
+# %% [markdown]
+# Three things to take along:
+# - `m.index(lm)` finds a measured landmark on the map: two landmarks are equal (`==`) when their names are. A name is not a place in the list.
+# - `landmark - x` is the vector from a position `x` to the landmark.
+# - The noise is told *per second*, so that it does not depend on the step. In one step of $T$ seconds the motion noise has covariance
+#   $Q\,T$, and one measurement $R/T$. `r.Q` and `r.R` are these step values; your filter will make the same conversion once, when it is made.
+#   With $T$ = 0.25 s a landmark is seen with σ = 0.4 m.
+#
+# The same seed (`rng=1`) gives the same run each time. Change it, and you have another world.
+
+# %% [markdown]
+# ## 2. Why commands alone do not do
+#
+# `simulate` drives the robot through the whole square and records a *log*: what it was told (`log.controls`), what it saw, and the true
+# path (`log.truth`), which no filter ever gets. **Before you run it:** the dashed line is where the robot should go. How far off will it
+# be after 40 s?
+
+# %%
+log = simulate(Robot((2, -2), Q, R, rng=1), m)
+square = np.array([2, -2]) + np.vstack([[0, 0], np.cumsum(log.dt * log.controls, axis=0)])
+
+fig, ax = plt.subplots(figsize=(4.6, 4.4), layout="constrained")
+ax.plot(*m.positions.T, "k*", label="landmarks")
+ax.plot(*square.T, "--", color="#777777", label="as told")
+ax.plot(*log.truth.T, color="#0072B2", label="true path")
+ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title="Told to drive a square")
+ax.legend(loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
+plt.show()
+print(f"At the end it is {np.linalg.norm(log.truth[-1] - square[-1]):.2f} m from where it was told to be.")
+
+# %% [markdown]
+# The errors of the steps add up and nothing takes them away: this is *dead reckoning*. After $k$ steps the covariance is $k\,Q\,T$, here
+# σ = 0.125 m · √160 = 1.6 m in each direction. Landmarks can take the error away, since their place is known.
+
+# %% [markdown]
+# ## 3. What should I see from here?
+#
+# Suppose the robot is at $\hat x$. Then landmark $i$ of the map should appear at $x_{li} - \hat x$. It does appear at $y_i$.
+# The difference between what is seen and what is expected is the **innovation**: the news in a measurement.
+# With $p$ landmarks in view we stack everything into one vector of $2p$ numbers,
+#
+# $$ y = \begin{bmatrix} y_1 \\ \vdots \\ y_p \end{bmatrix}, \qquad
+#    \hat y = \begin{bmatrix} x_{l1} - \hat x \\ \vdots \\ x_{lp} - \hat x \end{bmatrix}, \qquad \text{innovation} = y - \hat y . $$
+#
+# ### Exercise 1 · `stack(y, m, x)`
+# Return the pair `(seen, expected)`, two arrays of shape (2p,), in the order in which the landmarks stand in `y`.
+#
+# *Example.* With a map of two landmarks, id 0 at (1, 0) and id 1 at (3, 2), a robot believed to be at `x = (1, 1)` and
+# `y = [Landmark((2.1, 0.9), 1)]`, the answer is `seen = [2.1, 0.9]`, `expected = [2, 1]`.
+#
+# <details><summary>Hint</summary>
+#
+# For each `lm` in `y`: `lm.p` is what was seen; `m[m.index(lm)] - x` is what the map expects. `np.concatenate` glues a list of arrays
+# into one.
+# </details>
 
 # %% id="answer-stack" tags=["answer"]
 def stack(y, m, x):
@@ -16,6 +134,24 @@ def stack(y, m, x):
 # %% id="check-stack" tags=["check"]
 check("cartesian-stack", stack)
 
+# %% [markdown]
+# ## 4. One R for each landmark
+#
+# `R` (2, 2) is the noise of *one* landmark. The stacked vector has $2p$ numbers, so it needs a $2p \times 2p$ covariance. The landmarks are
+# measured independently of each other, so `R` is repeated along the diagonal, with zeros everywhere else. This is a Kronecker product:
+#
+# $$ I_{p} \otimes R = \begin{bmatrix} R & & \\ & \ddots & \\ & & R \end{bmatrix} . $$
+#
+# > **Erratum.** The handout this lab grew from writes $I_{2p \times 2p} \otimes R$. Count the rows: that would be $4p$. It has to be $I_{p \times p}$.
+#
+# ### Exercise 2 · `repeat_R(R, p)`
+# Return the (2p, 2p) covariance. *Example:* for `p = 1` it is `R` itself.
+#
+# <details><summary>Hint</summary>
+#
+# `np.kron(A, B)` puts a copy of `B`, times the entry, in the place of each entry of `A`. `np.eye(p)` is the identity. The order matters.
+# </details>
+
 # %% id="answer-repeat" tags=["answer"]
 def repeat_R(R, p):
     """The covariance (2p, 2p) of p landmarks that are measured independently, each with R (2, 2)."""
@@ -27,6 +163,48 @@ def repeat_R(R, p):
 # %% id="check-repeat" tags=["check"]
 check("cartesian-repeat", repeat_R)
 
+# %% [markdown]
+# ## 5. The filter
+#
+# The belief is a Gaussian with mean $\hat x$ and covariance $P$. Two things happen to it, in turn.
+#
+# **Predict.** The robot was told $v$. The mean moves along, and the noise of the motion makes the filter less sure:
+#
+# $$ \hat x \leftarrow \hat x + T\,v, \qquad P \leftarrow P + Q . $$
+#
+# **Update.** Landmarks are seen. The innovation pulls the mean, and the covariance shrinks:
+#
+# $$ \begin{aligned}
+# H &= \text{derivative of } \hat y \text{ by } \hat x, \quad (2p, 2) \\
+# S &= H P H^\top + (I_p \otimes R) && \text{how large the innovation may be} \\
+# K &= P H^\top S^{-1} && \text{how much of it to believe} \\
+# \hat x &\leftarrow \hat x + K\,(y - \hat y) \\
+# P &\leftarrow P - K S K^\top
+# \end{aligned} $$
+#
+# Read $K$ as a fraction: uncertainty of the position over uncertainty of the innovation. A filter that is unsure of itself (large $P$)
+# listens to its sensors; one that mistrusts its sensors (large $R$) listens to itself.
+
+# %% [markdown]
+# ### Exercise 3 · the class `KF`
+# Write `predict(u)` and `update(y)`. They return nothing; they change `self.xk_k`, shape (2,), and `self.Pk_k`, shape (2, 2).
+#
+# - `self.Q` and `self.R` are already those of one step (see `__init__`): do not multiply or divide by `dt` again.
+# - `y` may be empty. Then there is no news, and `update` changes nothing.
+# - You may call `stack` and `repeat_R`.
+#
+# *Example.* From `x = (0, 0)`, `predict(np.array([0, 0.5]))` with `dt = 0.25` leads to `x = (0, 0.125)`.
+#
+# <details><summary>Hint 1: what is H?</summary>
+#
+# Each landmark contributes two rows. Its expected measurement is $x_{li} - \hat x$. If the robot moves one metre to the right, what happens
+# to the landmark as seen from the robot? So the two rows are $-I$, and `np.tile` repeats them.
+# </details>
+# <details><summary>Hint 2: the inverse of S</summary>
+#
+# `np.linalg.solve(S, B)` gives $S^{-1}B$ and is more exact than `inv`. Since $S$ and $P$ are symmetric, $K = (S^{-1} H P)^\top$.
+# </details>
+
 # %% id="answer-kf" tags=["answer"]
 class KF:
     """Kalman filter for the position of a robot that measures relative Cartesian positions."""
@@ -34,7 +212,7 @@ class KF:
     def __init__(self, x0, P0, Q, R, m, dt=0.25):
         self.xk_k = np.array(x0, dtype=float)  # (2,) estimate of the position [m]
         self.Pk_k = np.array(P0, dtype=float)  # (2, 2) its covariance [m^2]
-        self.Q = np.array(Q) * dt  # (2, 2) process noise of one step [m^2]
+        self.Q = np.array(Q) * dt  # (2, 2) motion noise of one step [m^2]
         self.R = np.array(R) / dt  # (2, 2) noise of one measured landmark [m^2]
         self.map = m  # the Map
         self.dt = dt  # length of a step [s]
@@ -64,3 +242,124 @@ class KF:
 
 # %% id="check-kf" tags=["check"]
 check("cartesian-kf", KF)
+
+# %% [markdown]
+# ## 6. Let it run
+#
+# The filter is started at (0, 0), which is wrong, with $P = 3\,I$, which admits it: σ = 1.7 m. Blue is the robot: `+` where it truly is,
+# a dashed circle how far it sees, stars what it measures. Red is your filter: `+` its estimate and an ellipse out to 3σ.
+#
+# **Before you run it:** how large will the red ellipse be before the first measurement, and how large after ten?
+
+# %%
+r = Robot((2, -2), Q, R, rng=1)
+kf = KF((0, 0), 3 * np.eye(2), Q, R, m)
+e = EnvPlot()
+e.plotSim(r, m, kf, pause=True)
+for k in range(40):
+    u = r.action()
+    kf.predict(u)
+    y = r.measure(m)
+    kf.update(y)
+    e.plotSim(r, m, kf)
+
+# %% [markdown]
+# The same over the whole recorded run, to play, pause and step through (click the slider and use the arrow keys).
+
+# %%
+play(make_filter(KF, log), log)
+
+# %% [markdown]
+# ## 7. How many steps until it knows?
+#
+# `replay(kf, log)` runs a filter over a recorded log and returns its history. The picture shows the run, the error within the filter's own
+# 3σ bounds, and a number called NEES: the error squared, measured in the filter's own σ. For two numbers it should be about 2. Lab 2 is
+# about that; for now it is enough that it is neither 0.02 nor 200.
+
+# %%
+history = replay(make_filter(KF, log), log)
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
+plot_run(axes, log, history)
+plt.show()
+print(f"position RMSE {rmse(history, log):.2f} m, mean NEES {nees(history, log)[1:].mean():.2f}")
+
+# %% [markdown]
+# Now the handout's first question. The filter is *right* when the true position is inside its ellipse. Here are the first steps:
+
+# %%
+history = replay(make_filter(KF, log), log)
+print("step  truth inside?  longer half axis of the 3σ ellipse [m]")
+for k in range(6):
+    print(f"{k:4d}  {'yes' if inside(history, log)[k] else 'no':13s}  {semi_axis(history)[k]:.2f}")
+print("inside, and for ten steps on end, from step", steps_to_converge(history, log))
+print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
+
+# %% [markdown]
+# > **Erratum.** The handout says that the truth lies in the 3σ ellipse with 99.7 % probability. That is true for *one* number. For two, it is
+# > $1 - e^{-9/2}$ = 98.9 %: about two steps of 160 are outside, and nothing is wrong with them.
+#
+# ### Question Q1
+# How many steps does your filter need until the true position is inside its ellipse? The first row of the table may surprise you: why is
+# it so, and what should one ask for, besides being inside, before calling an estimate *good*? Say how fast the ellipse shrinks, and why it
+# stops shrinking.
+
+# %% [markdown] id="answer-q1" tags=["answer"]
+# ### BEGIN SOLUTION
+# No step at all: the truth is inside from step 0, since the start was honest. With $P = 3I$ the ellipse reaches out to 5.2 m, and the true
+# position (2, −2) is only 2.8 m away. Being inside is cheap when the ellipse is large; one must also ask for a small one.
+#
+# A single update with the landmarks in view brings the half axis from 5.2 m to about 0.5 m, because at first $P$ is so much larger than $R$
+# that $K$ is almost −1: the estimate jumps to where the landmarks say. Then it sinks to about 0.4 m and stays, where each update takes away just
+# what $Q$ adds at each prediction. With more landmarks in view this balance is lower, with fewer it is higher.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 8. Play with it
+#
+# The sliders change what the *filter is told*, not the robot: the recorded run and its noise stay the same. Factor 1 is the truth.
+# **Before you move anything:** what will you see in the middle panel when the filter is told that its sensors are 100 times worse?
+#
+# Use the mouse, or Tab and the arrow keys.
+
+# %%
+explore(KF, sliders=("Q", "R", "landmarks"))
+
+# %% [markdown]
+# ### Question
+# Set the number of landmarks to 3, then to 60. What happens to the red ellipses along the path, and which line of `update` does it?
+
+# %% [markdown] id="answer-landmarks" tags=["answer"]
+# ### BEGIN SOLUTION
+# With 60 landmarks the ellipses are small everywhere; with 3 they grow to metres wherever nothing is in view, since `predict` adds $Q$ at
+# each step and no `update` takes anything away. The line is $P \leftarrow P - KSK^\top$. Written with inverses, one step is
+# $P^{-1} \leftarrow P^{-1} + p\,R^{-1}$: each landmark adds its share of information, whatever its distance.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## Summary
+#
+# - A belief is a mean *and* a covariance. Predict makes it wider, update makes it narrower.
+# - The innovation is what was seen minus what was expected; the gain $K$ says how much of it to believe.
+# - A good filter is close to the truth *and* knows how close.
+#
+# Save the notebook (Ctrl+S): lab 2 uses your `KF`. To check everything once more before you hand it in, run
+# `labkit check notebooks/01_cartesian_ekf.ipynb` in a terminal (in JupyterLab: File → New → Terminal).
+#
+# **Next:** in [lab 2](02_noise_mismatch.ipynb) you lie to the filter about its noise, and learn to catch a filter that lies to you.
+
+# %% [markdown]
+# ## Errata and references
+#
+# What differs here from the handout and its scripts, and why:
+#
+# | there | here |
+# |---|---|
+# | the scripts draw noise with the *variance* as standard deviation, so that the filter is told far too much noise (its mean NEES is 0.22, not 2) | noise is drawn from the covariance |
+# | $I_{2p \times 2p} \otimes R$ | $I_{p \times p} \otimes R$ |
+# | 3σ ellipse: 99.7 % | 98.9 % in two dimensions |
+# | other noise in every run, none can be repeated | a seed, `rng=1` |
+# | the last side sets one velocity twice, so that the robot stands still | kept: it is instructive to watch a filter without motion |
+#
+# - I. Rañó, *Localización de un robot con filtro de Kalman extendido*, practice handout, sections 1–3.
+# - S. Thrun, W. Burgard, D. Fox, *Probabilistic Robotics*, MIT Press 2005, section 3.2 (Kalman filter).
+# - Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, Wiley 2001, section 5.4 (consistency).

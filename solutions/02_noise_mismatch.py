@@ -1,10 +1,61 @@
+# %% [markdown]
+# # Lab 2 · What if the noise is not what you told the filter?
+#
+# *About 75 minutes. You need your `KF` from lab 1, filled in and saved.*
+#
+# A filter is told how noisy the motion is (`Q`) and how noisy the sensor is (`R`). In a simulation these are known. On a real robot somebody
+# guesses, and guesses wrong. In this lab you lie to your filter on purpose, watch what happens, and learn two numbers that expose a filter which
+# is too sure of itself.
+#
+# **By the end you can**
+# - tell an *overconfident* filter from an *underconfident* one, with and without knowing the truth;
+# - say what `Q` and `R` each do, and why mostly their ratio matters;
+# - explain what a filter does when it sees nothing.
+#
+# **You will write** `nees`, `verdict` and `longest_dark`, each a few lines, and answer questions Q2 to Q5.
+
+# %% [markdown]
+# ## Symbols
+#
+# | symbol | in the code | shape | unit | what it is |
+# |---|---|---|---|---|
+# | $x$ | `truth` | (2,) | m | true position |
+# | $\hat x$, $P$ | `x`, `P` | (2,), (2, 2) | m, m² | what the filter believes |
+# | $e$ | `truth - x` | (2,) | m | error |
+# | $\epsilon$ | NEES | number | – | normalized estimation error squared, $e^\top P^{-1} e$ |
+# | $\nu$, $S$ | – | (2p,), (2p, 2p) | m, m² | innovation and its covariance, from lab 1 |
+# | – | NIS | number | – | normalized innovation squared, $\nu^\top S^{-1} \nu$ |
+# | $\chi^2_n$ | `chi2_bounds(n)` | two numbers | – | chi-square distribution with $n$ degrees of freedom |
+
 # %% id="setup" tags=["setup"]
+import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import Robot, check, load_answer, random_map, replay, simulate
+from labkit import Robot, check, explore, load_answer, make_filter, metrics, progress, random_map, replay, simulate
 from labkit.metrics import chi2_bounds
+from labkit.plots import ConsistencyPanel, plot_mean_nees, plot_run
 
-KF = load_answer("01_cartesian_ekf", "KF")
+KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved it in lab 1
+
+# %% [markdown]
+# ## 1. How sure may a filter be?
+#
+# An error of 0.3 m is nothing when the filter says "give or take 1 m", and a scandal when it says "give or take 1 cm". So measure the
+# error in units of the filter's own uncertainty:
+#
+# $$ \epsilon = e^\top P^{-1} e . $$
+#
+# This is the **NEES**. If the filter is honest, $\epsilon$ follows a chi-square distribution with 2 degrees of freedom, one for each number
+# in $e$: its mean is 2, and it lies between 0.05 and 7.4 in 95 % of the steps. Much larger: *overconfident*, the filter errs more than it admits.
+# Much smaller: *underconfident*, it knows more than it says.
+#
+# ### Exercise 1 · `nees(truth, x, P)`
+# Return the NEES of one step, a number. *Example:* an error of `(1, 0)` with `P = 0.25 I` (σ = 0.5 m) is two σ, so the NEES is 4.
+#
+# <details><summary>Hint</summary>
+#
+# `np.linalg.solve(P, e)` is $P^{-1}e$. The product of two 1-D arrays, `a @ b`, is a number.
+# </details>
 
 # %% id="answer-nees" tags=["answer"]
 def nees(truth, x, P):
@@ -17,6 +68,158 @@ def nees(truth, x, P):
 
 # %% id="check-nees" tags=["check"]
 check("mismatch-nees", nees)
+
+# %% [markdown]
+# Here is your number along one run of your filter, first told the truth about its noise.
+
+# %%
+Q = np.diag([0.25**2, 0.25**2])  # motion noise, per second [m^2/s]
+R = np.diag([0.2**2, 0.2**2])  # measurement noise of one landmark, times one second [m^2 s]
+log = simulate(Robot((2, -2), Q, R, rng=1), random_map(25, rng=1))
+
+history = replay(make_filter(KF, log), log)
+values = [nees(*step) for step in zip(log.truth, history.x, history.P)]
+low, high = chi2_bounds(2)
+outside = np.mean([not low < v < high for v in values])
+print(f"mean NEES {np.mean(values):.2f}; {100 * outside:.0f} % of the steps outside {low:.2f} ... {high:.2f} (5 % are expected)")
+
+# %% [markdown]
+# ## 2. Told that the sensor is better than it is
+#
+# `make_filter(KF, log, R=0.01 * R)` makes your filter with another `R` than the robot's. The recorded run stays the same, noise and all.
+# The filter now thinks that a landmark is seen with σ = 0.04 m, where it is 0.4 m.
+#
+# **Before you run it:** will the red ellipses be larger or smaller? Will the estimate be smoother or rougher? Where will the truth be?
+
+# %%
+history = replay(make_filter(KF, log, R=0.01 * R), log)
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
+plot_run(axes, log, history)
+plt.show()
+print(metrics.summary(history, log))
+
+# %% [markdown]
+# ### Question Q2
+# How many steps does it take until the truth is inside the ellipse, and does it stay there? What happens to the estimate? Explain it with the
+# equations for $S$, $K$ and $P$ of lab 1.
+
+# %% [markdown] id="answer-q2" tags=["answer"]
+# ### BEGIN SOLUTION
+# It never stays inside: apart from the huge ellipse of the start, the truth is inside in only a few per cent of the steps, and the mean NEES is
+# about 215 instead of 2. The estimate is rougher (RMSE 0.35 m instead of 0.28 m), but not lost.
+#
+# With $R$ a hundred times too small, $S = HPH^\top + R$ is hardly more than $HPH^\top$, so $K$ is close to −1 for one landmark: the filter throws its
+# prediction away and follows each measurement, noise and all. And $P \leftarrow P - KSK^\top$ leaves an ellipse ten times too narrow (half axis 0.05 m),
+# since the filter believes that these measurements are good to 4 cm. It is overconfident.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 3. Told that the sensor is worse than it is
+#
+# Now the other way round: `R=100 * R`, that is σ = 4 m for a landmark.
+#
+# **Before you run it:** how long will it take to forget the wrong start at (0, 0)? Will the truth be inside the ellipse?
+
+# %%
+history = replay(make_filter(KF, log, R=100 * R), log)
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
+plot_run(axes, log, history)
+plt.show()
+print(metrics.summary(history, log))
+print("longer half axis of the 3σ ellipse [m] after 0, 1, 10, 40 steps:", metrics.semi_axis(history)[[0, 1, 10, 40]].round(2))
+
+# %% [markdown]
+# ### Question Q3
+# The same questions: how many steps, what happens to the estimate, is the truth inside, and why? In what sense is *always inside* not a compliment?
+
+# %% [markdown] id="answer-q3" tags=["answer"]
+# ### BEGIN SOLUTION
+# The truth is inside at every step, from the first on. But the ellipse is huge (half axis 3.6 m after one step, still 1.4 m in the middle of the run),
+# and the estimate is worse: RMSE 0.47 m, and it needs several seconds to forget the wrong start.
+#
+# A large $R$ makes $S$ large and $K$ small: the filter takes only a small part of each innovation and otherwise trusts its own motion model. So it
+# is smooth and slow, averages over many measurements, and follows the robot's slips late. Its covariance shrinks slowly for the same reason.
+# Its mean NEES is well below 2: it is underconfident. An ellipse that always holds the truth because it is far too large tells nobody where the robot is.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 4. A test that needs no truth
+#
+# On a real robot nobody knows the true position, so nobody can compute the NEES. But the innovation is there at each step, and the filter says how
+# large it should be: its covariance is $S$. So
+#
+# $$ \text{NIS} = \nu^\top S^{-1} \nu $$
+#
+# follows a chi-square distribution with $2p$ degrees of freedom, two for each landmark in view. The picture divides it by $2p$, so that 1 is right
+# whatever the number of landmarks; the dashed bounds move because $p$ does.
+#
+# **Before you run it:** which of the three filters will be above its bounds, and which below?
+
+# %%
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.0), layout="constrained", sharey=True)
+for ax, factor in zip(axes, [0.01, 1, 100]):
+    history = replay(make_filter(KF, log, R=factor * R), log)
+    ConsistencyPanel(ax, 40, "nis").show(log, history)
+    value, dof = metrics.nis(history, log)
+    ax.set(title=f"told {factor:g} × R: mean {np.nansum(value) / dof.sum():.2f}", ylabel="NIS per number" if factor == 0.01 else "")
+plt.show()
+
+# %% [markdown]
+# ## 5. Q against R
+#
+# Now lie about the motion instead. One table, one run, five filters.
+#
+# **Before you run it:** which two rows will look alike in some column?
+
+# %%
+print("told           RMSE [m]   inside 3σ   mean NEES   mean NIS per number   half axis at 20 s [m]")
+for name, q, r in [("the truth", 1, 1), ("0.01 R", 1, 0.01), ("100 R", 1, 100), ("0.01 Q", 0.01, 1), ("100 Q", 100, 1)]:
+    history = replay(make_filter(KF, log, Q=q * Q, R=r * R), log)
+    value, dof = metrics.nis(history, log)
+    print(
+        f"{name:12s} {metrics.rmse(history, log):10.2f} {100 * metrics.inside(history, log).mean():9.0f} % "
+        f"{metrics.nees(history, log)[1:].mean():11.1f} {np.nansum(value) / dof.sum():15.2f} {metrics.semi_axis(history)[80]:20.2f}"
+    )
+
+# %% [markdown]
+# Try everything in between with the sliders. Watch the third panel: it is the NIS, the one you would also have on a real robot.
+
+# %%
+explore(KF, kind="nis")
+
+# %% [markdown]
+# ### Question Q4
+# Which has more influence on the result, `Q` or `R`? Compare the rows for `0.01 R` and `100 Q`, and those for `100 R` and `0.01 Q`: what is the same,
+# what is different, and why?
+
+# %% [markdown] id="answer-q4" tags=["answer"]
+# ### BEGIN SOLUTION
+# The gain depends on $P$ over $S$, and $P$ settles where what $Q$ adds balances what $R$ takes away. If $Q$ and $R$ are both multiplied by the same
+# number, so is $P$, and $K$ does not change. So for the *estimate* only the ratio $Q/R$ matters (and the start): `0.01 R` and `100 Q` have the same
+# RMSE, both listen to the sensors too much; `100 R` and `0.01 Q` both listen too little.
+#
+# The *covariance* is another matter. It scales with both. `0.01 R` is wildly overconfident, while `100 Q` is nearly harmless: its estimate is as
+# rough, but its ellipse, limited by the true $R$, is honest about that. On the other side `100 R` is only underconfident, while `0.01 Q` is the
+# dangerous one: it believes its motion model, ignores the landmarks, drifts away from the truth and is sure of itself (NEES about 70).
+# So neither is "more important". Too small is worse than too large, for both; and here a wrong $R$ shows at once in the NIS, since there are
+# several landmarks in view at each step, while a wrong $Q$ shows in it only weakly.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 6. One run proves little
+#
+# The NEES of one run jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
+# close to 2 at each step, and the bounds come close to each other: the sum of $n$ chi-square numbers with 2 degrees of freedom is chi-square with
+# $2n$. `chi2_bounds(dof=2, runs=n)` gives the two bounds of the *mean*. This is a **Monte Carlo** test, of your own filter.
+#
+# ### Exercise 2 · `verdict(mean_nees, runs)`
+# Return `"overconfident"`, `"consistent"` or `"underconfident"`, from the mean NEES of `runs` runs, with the 95 % bounds.
+# *Example:* a mean of 2.4 is consistent for 10 runs and overconfident for 500.
+#
+# <details><summary>Hint</summary>
+#
+# `low, high = chi2_bounds(dof=2, level=0.95, runs=runs)`. Overconfident means that the error is larger than the filter thinks.
+# </details>
 
 # %% id="answer-verdict" tags=["answer"]
 def verdict(mean_nees, runs):
@@ -34,6 +237,37 @@ def verdict(mean_nees, runs):
 # %% id="check-verdict" tags=["check"]
 check("mismatch-verdict", verdict)
 
+# %%
+logs = [simulate(Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed)) for seed in range(60)]
+fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+for ax, factor in zip(axes, [0.5, 1, 2]):
+    told = [replay(make_filter(KF, log, R=factor * R), log) for log in progress(logs, f"runs told {factor:g} R")]
+    values = np.array([metrics.nees(history, log) for history, log in zip(told, logs)])
+    plot_mean_nees(ax, log.times, values)
+    verdicts = [verdict(v, len(logs)) for v in values[:, 1:].mean(axis=0)]
+    ax.set(title=f"told {factor:g} × R: {max(set(verdicts), key=verdicts.count)}", ylim=(0, 6))
+plt.show()
+
+# %% [markdown]
+# The first step is special: there the filter has just been told that it is at (0, 0) with σ = 1.7 m, in every run, while the robot starts at
+# (2, −2) in every run. A start that is the same each time is not a random one, so its mean is not 2.
+#
+# Told half the true `R`, a single run looks fine to the eye. Sixty runs convict it.
+
+# %% [markdown]
+# ## 7. Nothing in view
+#
+# Back to the true `Q` and `R`, but with five landmarks in the map. Somewhere along the square there is nothing to see.
+#
+# ### Exercise 3 · `longest_dark(count)`
+# `log.count` says for each step how many landmarks were in view. Return the length of the longest row of steps with none.
+# *Example:* for `[1, 0, 0, 2, 0]` it is 2.
+#
+# <details><summary>Hint</summary>
+#
+# Go through the steps with two counters: the length of the dark row you are in (back to 0 when something is seen) and the longest so far.
+# </details>
+
 # %% id="answer-dark" tags=["answer"]
 def longest_dark(count):
     """Length of the longest row of steps with no landmark in view; count (N,) is the number in view."""
@@ -48,3 +282,49 @@ def longest_dark(count):
 
 # %% id="check-dark" tags=["check"]
 check("mismatch-dark", longest_dark)
+
+# %% [markdown]
+# **Before you run it:** what does the ellipse do while the robot sees nothing, and what at the moment it sees something again?
+
+# %%
+few = simulate(Robot((2, -2), Q, R, rng=3), random_map(5, rng=3))
+history = replay(make_filter(KF, few), few)
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
+plot_run(axes, few, history)
+for ax in axes[1:]:
+    ax.fill_between(few.times[1:], *ax.get_ylim(), where=few.count == 0, step="pre", color="#999999", alpha=0.25, lw=0)
+plt.show()
+print(f"{(few.count == 0).sum()} of {len(few)} steps with nothing in view, {longest_dark(few.count)} of them on end (grey)")
+print(metrics.summary(history, few))
+
+# %% [markdown]
+# ### Question Q5
+# What happens when the robot sees no landmark, and why? Is the filter still honest there? After how many dark steps is its σ as large as the
+# sensor's range of 2.5 m, if it began near zero?
+
+# %% [markdown] id="answer-q5" tags=["answer"]
+# ### BEGIN SOLUTION
+# Only `predict` acts. The mean moves with the commands (dead reckoning), and $P$ grows by $Q$ at each step, so the 3σ ellipse widens like the square root of the
+# time: there is no measurement, so $K$ has nothing to work on. The error may wander, but it stays within the 3σ bounds, which widen as fast: the filter is
+# still honest, its NEES stays near 2. As soon as one landmark is seen, $P$ is large compared to $R$, $K$ is close to −1, and the ellipse collapses in one step.
+#
+# σ after $k$ dark steps is $0.125\sqrt{k}$ m, so 2.5 m takes $k = 20^2 = 400$ steps, or 100 s.
+# ### END SOLUTION
+
+# %%
+explore(KF, sliders=("Q", "landmarks", "range"), landmarks=5, seed=3)
+
+# %% [markdown]
+# ## Summary
+#
+# - NEES (needs the truth) and NIS (does not) measure the error in the filter's own σ; chi-square bounds say what is still chance.
+# - `Q/R` decides how the estimate moves; their size decides how sure the filter is.
+# - Too small a covariance is worse than too large a one. When in doubt, admit more noise.
+# - Without landmarks, the ellipse grows, and that is right.
+#
+# **Next:** in [lab 3](03_range_bearing_ekf.ipynb) the robot measures distances and angles, as real sensors do; at the end your filter runs on a real robot.
+#
+# ## References
+# - I. Rañó, practice handout, questions Q2 to Q5.
+# - Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, Wiley 2001, section 5.4: NEES, NIS and their bounds.
+# - S. Särkkä, *Bayesian Filtering and Smoothing*, Cambridge 2013, chapter 4: the Kalman filter in modern notation.

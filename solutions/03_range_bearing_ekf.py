@@ -1,7 +1,63 @@
+# %% [markdown]
+# # Lab 3 · Distances and angles: the extended Kalman filter
+#
+# *About 100 minutes. You need your `KF` from lab 1, filled in and saved.*
+#
+# Hardly any sensor reports "1.2 m to the right and 0.8 m ahead". A laser or a camera reports a **range** (how far) and a **bearing** (in which
+# direction). Now the measurement is no longer a linear function of the position, and the Kalman filter needs one more idea: a straight line in
+# place of the curve. With it, the same twenty lines localize a real robot, as you will see at the end.
+#
+# **By the end you can**
+# - predict a range and a bearing, and differentiate them;
+# - subtract angles without falling over the edge at ±180°;
+# - say where the straight line is a good stand-in for the curve, and where it is not;
+# - run your filter on the recorded data of a real robot.
+#
+# **You will write** `h`, `jacobian` and the class `KF`, and answer questions Q6 and Q7.
+
+# %% [markdown]
+# ## Symbols
+#
+# | symbol | in the code | shape | unit | what it is |
+# |---|---|---|---|---|
+# | $\hat x$, $P$ | `kf.xk_k`, `kf.Pk_k` | (2,), (2, 2) | m, m² | estimated position, world frame, and its covariance |
+# | $d = (d_x, d_y)$ | `landmark - x` | (2,) | m | vector from the robot to a landmark |
+# | $r$ | `y[0].p[0]` | number | m | range |
+# | $\beta$ | `y[0].p[1]` | number | rad | bearing, from the world's x axis, counter-clockwise, in (−π, π] |
+# | $h(x)$ | `h(x, landmark)` | (2,) | m, rad | the range and bearing that are expected |
+# | $H$ | `jacobian(x, landmark)` | (2, 2) | –, rad/m | derivative of $h$ by the position |
+# | $R$ | `kf.R` | (2, 2) | m², rad² | covariance of one landmark's range and bearing |
+
 # %% id="setup" tags=["setup"]
+import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import Landmark, Map, Robot, check, random_map, replay, simulate, wrap
+from labkit import (
+    EnvPlot, Landmark, Map, Robot, check, explore, load_answer, make_filter, metrics, mrclam, play, random_map,
+    replay, simulate, wrap,
+)  # fmt: skip
+from labkit.plots import MapPanel, ScenePanel, limits, plot_run
+
+CartesianKF = load_answer("01_cartesian_ekf", "KF")  # your filter of lab 1, to compare with
+
+# %% [markdown]
+# ## 1. What should I see from here?
+#
+# With the vector $d = x_l - \hat x$ from the robot to the landmark,
+#
+# $$ h(\hat x) = \begin{bmatrix} r \\ \beta \end{bmatrix}
+#     = \begin{bmatrix} \sqrt{d_x^2 + d_y^2} \\ \operatorname{atan2}(d_y, d_x) \end{bmatrix} . $$
+#
+# > **Erratum.** The handout writes $\arctan(d_y/d_x)$. That cannot tell ahead from behind: $(1, 1)$ and $(-1, -1)$ have the same quotient. Use `atan2`,
+# > in numpy `np.arctan2(dy, dx)`, which looks at both signs.
+#
+# ### Exercise 1 · `h(x, landmark)`
+# Return an array `[range, bearing]`. *Example:* from `x = (1, 1)` a landmark at `(1, 3)` is 2 m away at π/2.
+#
+# <details><summary>Hint</summary>
+#
+# `landmark - x` is an array of two numbers; `np.hypot(dx, dy)` is the square root of the sum of their squares.
+# </details>
 
 # %% id="answer-h" tags=["answer"]
 def h(x, landmark):
@@ -14,6 +70,30 @@ def h(x, landmark):
 
 # %% id="check-h" tags=["check"]
 check("range-bearing-h", h)
+
+# %% [markdown]
+# ## 2. A straight line in place of the curve
+#
+# The update of lab 1 needs $H$, the derivative of the expected measurement by the position. For Cartesian measurements it was $-I$ everywhere. Now it
+# depends on where the robot is: near the estimate, $h$ is replaced by its tangent. That is all that "extended" means. The table of derivatives
+# is called the **Jacobian**:
+#
+# $$ H = \begin{bmatrix} \partial r/\partial x & \partial r/\partial y \\ \partial \beta/\partial x & \partial \beta/\partial y \end{bmatrix} . $$
+#
+# Two sanity checks before you differentiate. If the robot walks straight to the landmark, how does the range change, metre by metre? If it walks
+# sideways past it, is the change of bearing larger near the landmark or far from it?
+#
+# ### Exercise 2 · `jacobian(x, landmark)`
+# Return the (2, 2) array. *Example:* from `x = (0, 0)`, a landmark at `(2, 0)` has `[[-1, 0], [0, -0.5]]`.
+#
+# <details><summary>Hint</summary>
+#
+# $d_x = x_l - x$, so $\partial d_x / \partial x = -1$. And $\frac{d}{dt}\operatorname{atan2}(b, a) = (a\,b' - b\,a')/(a^2 + b^2)$.
+# </details>
+# <details><summary>Hint: how to test it yourself</summary>
+#
+# Move `x` by a tiny step, 1e-6 in one direction, and see how `h` changes: (new − old) / 1e-6 is a column of $H$, nearly.
+# </details>
 
 # %% id="answer-jacobian" tags=["answer"]
 def jacobian(x, landmark):
@@ -28,6 +108,46 @@ def jacobian(x, landmark):
 # %% id="check-jacobian" tags=["check"]
 check("range-bearing-jacobian", jacobian)
 
+# %% [markdown]
+# ## 3. The edge at 180°
+#
+# A landmark is due west. The filter expects it at +179°, the robot sees it at −179°. **Before you run it:** by how much do the two disagree?
+
+# %%
+expected, seen = np.deg2rad(179), np.deg2rad(-179)
+print(f"plain difference   {np.rad2deg(seen - expected):7.1f}°")
+print(f"wrapped difference {np.rad2deg(wrap(seen - expected)):7.1f}°")
+
+# %% [markdown]
+# A filter that believes in −358° jumps across the map. So every *difference* of bearings is wrapped into (−π, π], with `wrap` from the kit. Ranges are
+# not: 4 m is not an angle.
+
+# %% [markdown]
+# ## 4. The filter
+#
+# Prediction is as in lab 1. The update has the same five lines, with three changes: the expected measurement is $h(\hat x)$, its bearing innovation
+# is wrapped, and $H$ stacks one Jacobian for each landmark, taken at the *estimate* (where else? the truth is not known).
+#
+# $$ \nu = \begin{bmatrix} y_1 - h_1(\hat x) \\ \vdots \\ y_p - h_p(\hat x) \end{bmatrix}, \qquad
+#    H = \begin{bmatrix} H_1 \\ \vdots \\ H_p \end{bmatrix} \; (2p \times 2) $$
+#
+# ### Exercise 3 · the class `KF`
+# Write `predict` and `update`. As before, `self.Q` and `self.R` are those of one step, and `y` may be empty. You may start from your lab 1 class. Landmarks
+# are found on the map by `==` or `self.map.index(lm)`: the real robot at the end has landmarks named 6 to 20.
+#
+# *Example.* With `x = (0, 0)`, `P = I`, `self.R = I` and one landmark at `(2, 0)`, measured as `[1.8, 0]`, the update leads to `x = (0.1, 0)` and
+# `P = diag(0.5, 0.8)`.
+#
+# <details><summary>Hint 1: in which order?</summary>
+#
+# Find the map's landmark for each measured one and keep them in a list, in the order of `y`. Then stack innovations (`np.concatenate`) and
+# Jacobians (`np.vstack`) from that same list.
+# </details>
+# <details><summary>Hint 2: wrapping every second number</summary>
+#
+# In the stacked innovation, bearings stand at positions 1, 3, 5 …: `innovation[1::2] = wrap(innovation[1::2])`.
+# </details>
+
 # %% id="answer-kf" tags=["answer"]
 class KF:
     """Extended Kalman filter for the position of a robot that measures ranges and bearings."""
@@ -35,7 +155,7 @@ class KF:
     def __init__(self, x0, P0, Q, R, m, dt=0.25):
         self.xk_k = np.array(x0, dtype=float)  # (2,) estimate of the position [m]
         self.Pk_k = np.array(P0, dtype=float)  # (2, 2) its covariance [m^2]
-        self.Q = np.array(Q) * dt  # (2, 2) process noise of one step [m^2]
+        self.Q = np.array(Q) * dt  # (2, 2) motion noise of one step [m^2]
         self.R = np.array(R) / dt  # (2, 2) noise of one landmark: diag([m^2], [rad^2])
         self.map = m  # the Map
         self.dt = dt  # length of a step [s]
@@ -66,3 +186,261 @@ class KF:
 
 # %% id="check-kf" tags=["check"]
 check("range-bearing-kf", KF)
+
+# %% [markdown]
+# ## 5. Let it run, and compare
+#
+# `type="rb"` gives the robot a range-bearing sensor. Its bearing noise is told in rad² and worth 10° in one step.
+
+# %%
+Q = np.diag([0.25**2, 0.25**2])  # motion noise, per second [m^2/s]
+R_xy = np.diag([0.2**2, 0.2**2])  # of one landmark, times one second [m^2 s]
+R_rb = np.diag([0.2**2, np.deg2rad(5) ** 2])  # [m^2 s, rad^2 s]
+m = random_map(25, rng=1)
+
+r = Robot((2, -2), Q, R_rb, type="rb", rng=1)
+kf = KF((0, 0), 3 * np.eye(2), Q, R_rb, m)
+e = EnvPlot()
+e.plotSim(r, m, kf, pause=True)
+for k in range(40):
+    u = r.action()
+    kf.predict(u)
+    y = r.measure(m)
+    kf.update(y)
+    e.plotSim(r, m, kf)
+
+# %% [markdown]
+# Now a fair comparison: *one* drive, seen once by the Cartesian sensor and once by the range-bearing sensor (`log.seen_by`), with your two filters.
+#
+# **Before you run it:** the Cartesian ellipses were circles. What shape will the others have, and which way will they point?
+
+# %%
+log = simulate(Robot((2, -2), Q, R_xy, rng=1), m)
+polar = log.seen_by("rb", R_rb, rng=1)
+
+fig, axes = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
+for ax, name, Filter, seen in [(axes[0], "Cartesian", CartesianKF, log), (axes[1], "range and bearing", KF, polar)]:
+    history = replay(make_filter(Filter, seen), seen)
+    MapPanel(ax, limits(log), title=name).show(seen, history, ellipses=40)
+    axis = np.sqrt(np.linalg.eigvalsh(history.P[1:]))
+    print(f"{name}: {metrics.summary(history, seen)}")
+    print(f"   longest over shortest axis of the ellipse: median {np.median(axis[:, 1] / axis[:, 0]):.2f}, largest {(axis[:, 1] / axis[:, 0]).max():.2f}")
+plt.show()
+
+# %% [markdown]
+# ### Question Q6
+# What differs from the Cartesian filter? Use the sliders below to look at several random maps. Along which direction is the ellipse short, and why does
+# its shape change along the path, when $R$ is always the same?
+
+# %%
+explore(KF, sensor="rb", sliders=("Q", "R", "landmarks"))
+
+# %% [markdown] id="answer-q6" tags=["answer"]
+# ### BEGIN SOLUTION
+# The accuracy is about the same here (RMSE 0.27 m against 0.28 m), but the Cartesian ellipses are circles and these are not; they change size and
+# direction along the path, since $H$ depends on where the robot is, and $P \leftarrow P - KSK^\top$ takes that over.
+#
+# One landmark at range $r$ measures the position along the line of sight with $\sigma_r$ = 0.4 m, and across it with $r\,\sigma_\beta$, where
+# $\sigma_\beta$ = 10° = 0.17 rad. Near a landmark the ellipse is short *across* the line of sight: at 0.5 m only 0.09 m. At 2.3 m both are equal and it
+# is a circle. Several landmarks in different directions average this out, so with many landmarks it looks rounder.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 6. One landmark, and a close pass
+#
+# The robot drives up along x = 2 and passes a single landmark. Here is your filter far from it and near it. The long axis of the ellipse tells the direction
+# in which the filter is unsure.
+
+# %%
+one = Map([Landmark((2.3, 0.0), "lighthouse")])
+lone = simulate(Robot((2, -2), Q, R_rb, type="rb", rng=2), one, steps=32)
+history = replay(make_filter(KF, lone, x0=(2, -2), P0=0.1**2 * np.eye(2)), lone)
+distance = np.linalg.norm(one[0] - lone.truth, axis=1)
+axis = 3 * np.sqrt(np.linalg.eigvalsh(history.P))
+
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.2), layout="constrained")
+for ax, k in zip(axes, [4, 12, int(distance.argmin())]):
+    ScenePanel(ax, (0.6, 4.0, -2.4, 1.6)).show_step(lone, history, k)
+    ax.get_legend().remove()
+    ax.set_title(f"range {distance[k]:.2f} m: half axes {axis[k, 1]:.2f} and {axis[k, 0]:.2f} m", fontsize=10)
+plt.show()
+
+# %% [markdown]
+# What does that closeness cost? The tangent that stands in for the curve is good over a small piece of it. Near the landmark, a small step changes the
+# bearing a lot: the curve bends, and the tangent leaves it. So let us ask many runs how honest your filter is, depending on how near the nearest
+# landmark is. The noise is exactly what the filter was told.
+#
+# **Before you run it:** what would the mean NEES be in each row if the tangent were perfect?
+
+# %%
+near, values = [], []
+for seed in range(60):
+    run = simulate(Robot((2, -2), Q, R_rb, type="rb", rng=seed), random_map(25, rng=seed))
+    history = replay(make_filter(KF, run), run)
+    near.append(np.linalg.norm(run.map.positions - run.truth[1:, None], axis=2).min(axis=1))
+    values.append(metrics.nees(history, run)[1:])
+near, values = np.concatenate(near), np.concatenate(values)
+
+print("nearest landmark [m]    steps   mean NEES   median   (2 and 1.39 are consistent)")
+for low, high in [(0, 0.25), (0.25, 0.5), (0.5, 1), (1, 2.5)]:
+    here = values[(low <= near) & (near < high)]
+    print(f"{low:8.2f} to {high:4.2f} {len(here):15d} {here.mean():10.1f} {np.median(here):9.1f}")
+
+# %% [markdown]
+# ### Question Q7
+# Take five landmarks (slider below, or `random_map(5)`). What happens when the robot sees no landmark? And when it sees just one, and passes close to it?
+# Explain the shape of the ellipse in the three pictures, and the first rows of the table. What could one do about those?
+
+# %%
+explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=2)
+
+# %% [markdown] id="answer-q7" tags=["answer"]
+# ### BEGIN SOLUTION
+# With nothing in view the ellipse grows at each step and keeps its shape growing rounder, as in lab 2: only `predict` acts.
+#
+# One landmark gives both numbers, so the filter never gets lost as long as it sees one. Along the line of sight it knows the position to $\sigma_r$, whatever the distance;
+# across it, to $r\,\sigma_\beta$. So while the robot comes closer the ellipse becomes a sliver which points at the landmark, and it turns as the robot passes by.
+#
+# In the close pass the filter becomes overconfident although $Q$ and $R$ are right: the mean NEES is about 44 below 25 cm. The bearing row of $H$ is $1/r$, taken at the
+# *estimated* position. When the error of the position is as large as the range, the true bearing can be anywhere, while the tangent claims a precise
+# relation; the filter shrinks $P$ for information that is not there, and it takes some time to recover. The median, near 1.5, says that most steps are fine: few steps are terrible.
+# What helps: a larger bearing variance for near landmarks, leaving out a landmark that is nearer than a few σ of the position, or iterating the update with $H$
+# taken at the improved estimate.
+# ### END SOLUTION
+
+# %% [markdown]
+# ## 7. Against a library
+#
+# `filterpy` is a well-known Python library of filters. Given your `h` and `jacobian`, its extended Kalman filter must agree with yours.
+
+# %%
+from filterpy.kalman import ExtendedKalmanFilter
+
+
+def stacked_residual(a, b):
+    d = a - b
+    d[1::2] = wrap(d[1::2])
+    return d
+
+
+mine = make_filter(KF, polar)
+other = ExtendedKalmanFilter(dim_x=2, dim_z=2)
+other.x, other.P, other.Q = mine.xk_k.copy(), mine.Pk_k.copy(), mine.Q
+largest = 0.0
+for u, y in zip(polar.controls, polar.measurements()):
+    mine.predict(u)
+    mine.update(y)
+    other.x, other.P = other.x + polar.dt * u, other.P + other.Q
+    if y:
+        known = [m[m.index(lm)] for lm in y]
+        other.update(
+            np.concatenate([lm.p for lm in y]),
+            HJacobian=lambda x: np.vstack([jacobian(x, k) for k in known]),
+            Hx=lambda x: np.concatenate([h(x, k) for k in known]),
+            R=np.kron(np.eye(len(y)), mine.R),
+            residual=stacked_residual,
+        )
+    largest = max(largest, abs(mine.xk_k - other.x).max(), abs(mine.Pk_k - other.P).max())
+print("the two agree to 1e-9:", bool(largest < 1e-9))
+
+# %% [markdown]
+# ## 8. Your filter on a real robot
+#
+# The UTIAS MRCLAM data were recorded with five small wheeled robots among 15 numbered landmarks; a camera on each reads the landmarks' barcodes and measures range and
+# bearing, and a motion capture system knows the truth. Set 7 lasts 15 minutes.
+#
+# **To get it:** download *MRCLAM_Dataset7.zip* from the UTIAS site (asrl.utias.utoronto.ca/datasets/mrclam), open a terminal and type
+# `labkit data MRCLAM_Dataset7.zip`. It is checked and put into the folder `data/MRCLAM_Dataset7` of this kit (the variable `LABKIT_DATA` can name another
+# folder). Without it, this section runs on a small simulated log in the same format; the title of the figure says which one you see.
+#
+# Your filter estimates two numbers and not the heading. So the kit hands it the heading as from a compass, with 2° of noise, and turns the wheel velocity and the
+# bearings into the world frame: `with_compass`. What comes out is a log like any other, ten steps a second.
+
+# %% tags=["nbval-ignore-output"]
+log = mrclam.with_compass(mrclam.load(robot=1), rng=0)
+print(log.name, *log.notes, sep="\n   ")
+
+Q_real = 0.05**2 * np.eye(2)  # wheels slip by 5 cm in one second
+R_real = np.diag([0.6**2, 0.15**2]) * log.dt  # σ = 0.6 m and 0.15 rad a measurement; KF divides by dt
+real = {"x0": log.truth[0], "P0": 0.1**2 * np.eye(2)}
+
+history = replay(make_filter(KF, log, Q_real, R_real, **real), log)
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.2), layout="constrained", width_ratios=[1.1, 1, 1])
+plot_run(axes, log, history)
+fig.suptitle(log.name)
+plt.show()
+print(metrics.summary(history, log))
+
+# %% [markdown]
+# All five robots: dead reckoning only, then your filter with the wide `R` above and with a narrower one which looks more like the sensor's data sheet.
+#
+# **Before you run it:** with which `R` will the position be better? With which will the NEES?
+
+# %% tags=["nbval-ignore-output"]
+R_narrow = np.diag([0.15**2, 0.05**2]) * log.dt
+print("position RMSE [m] (mean NEES)     dead reckoning     wide R         narrow R")
+for robot in range(1, 6):
+    log = mrclam.with_compass(mrclam.load(robot), rng=0)
+    dead = log.truth[0] + np.vstack([[0, 0], np.cumsum(log.dt * log.controls, axis=0)])
+    row = f"{log.name:34s} {np.sqrt(np.nanmean(((dead - log.truth) ** 2).sum(axis=1))):8.2f}     "
+    for R in (R_real, R_narrow):
+        history = replay(make_filter(KF, log, Q_real, R, x0=log.truth[0], P0=0.1**2 * np.eye(2)), log)
+        row += f"  {metrics.rmse(history, log):8.3f} ({np.nanmean(metrics.nees(history, log)):.1f})"
+    print(row)
+
+# %% [markdown]
+# With the real data you should see about 0.14, 0.11, 0.28, 0.16 and 0.28 m for the wide `R`, against 0.4 to 1.1 m of dead reckoning. With the narrow `R` robots 3 and 5
+# are overconfident and much worse (0.6 and 0.4 m, NEES 20 to 30): noise mismatch, as in lab 2, on a real machine. Two things are behind it.
+#
+# - The range error is not *white*: a range that is 20 cm too long is 20 cm too long in the next reading as well (their correlation is above 0.9). Ten readings in a row
+#   are not ten independent opinions, but the filter counts them as such. A wider `R` is the honest answer.
+# - A handful of barcodes are misread: 3 of 4425 for robot 3. The filter then believes in a landmark on the wrong side of the hall. The next cell finds them
+#   without knowing the truth.
+
+# %% tags=["nbval-ignore-output"]
+log = mrclam.with_compass(mrclam.load(robot=3), rng=0)
+history = replay(make_filter(KF, log, Q_real, R_real, x0=log.truth[0], P0=0.1**2 * np.eye(2)), log)
+value, dof = metrics.nis(history, log)
+worst = np.argsort(np.nan_to_num(value))[::-1][:6]
+print(log.name)
+for k in worst:
+    print(f"   at {log.times[k + 1]:6.1f} s: NIS {value[k]:6.1f}, with {dof[k]} numbers measured")
+
+# %% [markdown]
+# ### Question
+# What would you do with a measurement whose NIS is 300 when 2 is expected? What is the risk of your rule?
+
+# %% [markdown] id="answer-gate" tags=["answer"]
+# ### BEGIN SOLUTION
+# Leave it out: a *gate* compares the NIS of each landmark with a chi-square bound (9.21 holds 99 % for two numbers) before it is used. That removes the misread
+# barcodes, and robots 3 and 5 become as good as the others. The risk: when the filter itself is wrong, say after the robot was carried away, every *good* measurement
+# looks impossible, the gate closes, and the filter stays lost and sure of itself. Lab 4 is about that.
+# ### END SOLUTION
+
+# %% [markdown]
+# The sliders work on a recorded real run too. Look for the `R` that brings the mean NEES nearest to 2; the factor is on the variance.
+
+# %% tags=["nbval-ignore-output"]
+log = mrclam.with_compass(mrclam.load(robot=1, start=200, duration=120), rng=0)
+explore(KF, log, kind="nis", Q=Q_real, R=R_real, x0=log.truth[0], P0=0.1**2 * np.eye(2))
+
+# %% [markdown]
+# ## Summary
+#
+# - The extended Kalman filter is the Kalman filter with a tangent in place of the curve, taken at the estimate.
+# - Differences of angles are wrapped, always.
+# - Near a landmark the curve bends, and the filter is surer than it should be.
+# - On a real robot noise is neither white nor known: admit more of it than the data sheet says, and doubt what looks impossible.
+#
+# Save, and run `labkit check notebooks/03_range_bearing_ekf.ipynb` in a terminal before you hand it in.
+#
+# **Next:** here the robot could drive in any direction, and a compass gave the heading. The handout remarks that a robot with wheels or legs, which turns and drives ahead, can be
+# localized in the same way, although its motion is not linear either. Its heading is then part of the estimate: that is lab 4.
+#
+# ## Errata and references
+# - The handout's $\arctan(d_y/d_x)$ must be atan2; the wrapping of the bearing innovation is missing there; $I_{2p \times 2p} \otimes R$ must be $I_{p \times p} \otimes R$. Its
+#   scripts tell the range-bearing filter so much noise that its mean NEES is 0.15.
+# - I. Rañó, practice handout, section 4, questions Q6 and Q7.
+# - S. Thrun, W. Burgard, D. Fox, *Probabilistic Robotics*, MIT Press 2005, sections 3.3 (extended Kalman filter) and 7.4 (localization).
+# - K. Leung, Y. Halpern, T. Barfoot, H. Liu, "The UTIAS multi-robot cooperative localization and mapping dataset", *International Journal of Robotics Research* 30(8), 969–974, 2011.
+# - R. Labbe, *Kalman and Bayesian Filters in Python*: the book behind `filterpy`.

@@ -186,9 +186,15 @@ def test_changing_the_inputs_is_told(change, says):
 
 def test_random_numbers_and_shared_state():
     assert "another result each time" in kf("K @ innovation", "K @ innovation + np.random.normal(size=2)")
-    shared = [("    def predict", "    n = np.zeros(2)\n\n    def predict"), ("self.dt * u", "self.dt * u + self.n; self.n += 1")]
+    shared = [
+        ("    def predict", "    n = np.zeros(2)\n\n    def predict"),
+        ("self.dt * u", "self.dt * u + self.n; self.n += 1"),
+    ]
     assert "`n` belongs to the class" in str(failure("cartesian-kf", shared))
-    assert "your function" in str(failure("mismatch-dark", [("return longest", "return longest + np.random.randint(2, 99)")])).lower()
+    assert (
+        "your function"
+        in str(failure("mismatch-dark", [("return longest", "return longest + np.random.randint(2, 99)")])).lower()
+    )
 
 
 def test_what_is_no_class_or_function():

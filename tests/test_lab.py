@@ -219,6 +219,7 @@ def test_commands_run_in_the_environment(project, arguments, module, passed_on):
     assert Path(programs).parent == project.venv
     assert call["env"]["VIRTUAL_ENV"] == str(project.venv)
     assert call["env"]["PYTHONUTF8"] == "1"
+    assert call["env"]["PIP_USER"] == "0"  # with 1 in someone's settings, pip would refuse
     assert not {"PYTHONPATH", "PYTHONHOME", "CONDA_PREFIX", "MPLBACKEND"} & set(call["env"])
 
 
@@ -312,6 +313,12 @@ def test_the_needs_of_the_tests_come_on_top(project, monkeypatch):
     for needs in ("requirements.txt", "tests/requirements.txt", "requirements.txt"):
         lab.set_up(needs)
     assert done == ["tests/requirements.txt"]
+
+
+def test_run_inside_the_environment_it_builds_on_the_python_below(project):
+    lab = project.make_ready()
+    inside = lab.run([lab.program("python"), "-c", "import lab; print(lab.PYTHON)"]).strip()
+    assert Path(inside).exists() and project.venv not in Path(inside).parents
 
 
 def test_a_failed_installation_is_not_taken_for_done(project, monkeypatch):

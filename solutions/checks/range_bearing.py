@@ -108,6 +108,7 @@ RIGHT = [
     Right("central differences", CENTRAL),
     Right("forward differences", FORWARD),
     Right("math", MATH),
+    Right("positive bearings", [("np.arctan2(dy, dx)", "np.arctan2(dy, dx) % (2 * np.pi)")]),
     Right("loops", with_update(LOOPS)),
     Right("dictionary", [(FIND, "{k.id: k for k in self.map}[lm.id]"),
                          (WRAP, "innovation[1::2] = (innovation[1::2] + np.pi) % (2 * np.pi) - np.pi")]),

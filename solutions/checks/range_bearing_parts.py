@@ -5,7 +5,7 @@ from labkit.checkspec import Check, Mistake, Right
 from .inputs import X0
 
 LAB = "03_range_bearing_ekf"
-# Seen from X0 = (0.4, -0.7): ahead, left behind, close to straight back (bearing 3.1), right behind, far, straight up.
+# Seen from X0 = (0.4, -0.7): ahead, behind on the left, straight back (bearing 3.1), behind on the right, far, straight up.
 MAP = [[0, 1.5, 2.0], [1, -2.2, 0.9], [2, -2.4, -0.6], [3, -0.5, -2.5], [4, 4.4, 1.3], [5, 0.4, 1.6]]
 
 CENTRAL = """def jacobian(x, landmark, eps=1e-5):
@@ -74,8 +74,8 @@ JACOBIAN_MISTAKES = [
     Mistake("bearing-row-sign", "The bearing row of the Jacobian has the wrong sign: think of a landmark straight "
             "ahead (dx > 0, dy = 0) and a robot that moves up a little.",
             [("[dy / r**2, -dx / r**2]", "[-dy / r**2, dx / r**2]")]),
-    Mistake("bearing-row-one-sign", "The two entries of the bearing row have the same sign pattern; one of them is "
-            "wrong: check each with a small step of the robot.",
+    Mistake("bearing-row-one-sign", "One entry of the bearing row has the wrong sign: check each with a small step "
+            "of the robot.",
             [("-dx / r**2", "dx / r**2")], [("[dy / r**2", "[-dy / r**2")]),
     Mistake("bearing-row-r", "The bearing row of the Jacobian is divided by r: it must be divided by r squared.",
             [("dy / r**2, -dx / r**2", "dy / r, -dx / r")]),
