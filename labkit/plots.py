@@ -101,11 +101,13 @@ class ConsistencyPanel:
         if self.kind == "nees":
             value, dof, scale = metrics.nees(history, log), np.full(len(t), 2), 1.0
         else:
-            t, (value, dof) = t[1:], metrics.nis(history, log)
-            scale = np.where(dof > 0, dof, np.nan)
-        kinds, which = np.unique(np.maximum(dof, 1), return_inverse=True)
+            value, dof = metrics.nis(history, log)
+            seen = dof > 0  # a step without a landmark has no NIS
+            t, value, dof = t[1:][seen], value[seen], dof[seen]
+            scale = dof
+        kinds, which = np.unique(dof, return_inverse=True)
         low, high = metrics.chi2_bounds(kinds)
-        self.value.set_data(t, np.maximum(value / scale, 1e-9))
+        self.value.set_data(t, value / scale)
         self.low.set_data(t, low[which] / scale)
         self.high.set_data(t, high[which] / scale)
         return self

@@ -233,7 +233,7 @@ plt.show()
 # its shape change along the path, when $R$ is always the same?
 
 # %%
-explore(KF, sensor="rb", sliders=("Q", "R", "landmarks"))
+explore(KF, sensor="rb", sliders=("Q", "R", "landmarks"), seed=2)
 
 # %% [markdown] id="answer-q6" tags=["answer"]
 # ### BEGIN SOLUTION
@@ -296,7 +296,7 @@ explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=
 
 # %% [markdown] id="answer-q7" tags=["answer"]
 # ### BEGIN SOLUTION
-# With nothing in view the ellipse grows at each step and keeps its shape growing rounder, as in lab 2: only `predict` acts.
+# With nothing in view the ellipse grows at each step and becomes rounder, as in lab 2: only `predict` acts, and it adds the same in all directions.
 #
 # One landmark gives both numbers, so the filter never gets lost as long as it sees one. Along the line of sight it knows the position to $\sigma_r$, whatever the distance;
 # across it, to $r\,\sigma_\beta$. So while the robot comes closer the ellipse becomes a sliver which points at the landmark, and it turns as the robot passes by.

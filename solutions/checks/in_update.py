@@ -52,8 +52,7 @@ def _noise(blocks, S):
                 [(blocks, "np.kron(self.R, np.eye(p))")]),
         Mistake("r-tiled", "R stands in every block, also off the diagonal: that says that all landmarks are "
                 "measured with the same error. Independent errors have zeros there.",
-                [(blocks, "np.tile(self.R, (p, p))")],
-                [(blocks, "np.tile(self.R, (p, p))"), (K, "K = self.Pk_k @ H.T @ np.linalg.pinv(S)")]),
+                [(blocks, "np.tile(self.R, (p, p))")]),
         Mistake("r-diagonal-only", "Only the diagonal of R is used: its off-diagonal entries belong into each "
                 "block too.",
                 [(blocks, "np.kron(np.eye(p), np.diag(np.diag(self.R)))")],

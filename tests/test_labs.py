@@ -1,0 +1,157 @@
+"""The notebooks: built from their sources, runnable, and free of solutions in the student's copy."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from labkit import build
+
+from reference import LABS, ROOT
+
+
+def script(lab):
+    return ROOT / "solutions" / f"{lab}.py"
+
+
+def student(lab):
+    return nbformat.read(ROOT / "notebooks" / f"{lab}.ipynb", as_version=4)
+
+
+def cells(notebook):
+    return {cell.id: cell for cell in notebook.cells}
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """A student's folder, its name with a space in it, with all three labs filled in."""
+    folder = tmp_path_factory.mktemp("filled in")
+    for lab in LABS:
+        notebook, answers = student(lab), cells(build.source(script(lab)))
+        for cell in notebook.cells:
+            if cell.metadata.get("labkit") == "answer":
+                cell.source = answers[cell.id].source
+        nbformat.write(notebook, folder / f"{lab}.ipynb")
+    return folder
+
+
+def nbval(*arguments):
+    """`pytest` with nbval in a process of its own: exit status and what it printed."""
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--rootdir=.", *map(str, arguments)],
+        cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False,
+    )  # fmt: skip
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_the_notebooks_agree_with_their_source(lab):
+    assert build.compare(script(lab), run=False) == []
+
+
+def test_drift_is_noticed(tmp_path, monkeypatch):
+    for folder in ("solutions", "notebooks"):
+        shutil.copytree(ROOT / folder, tmp_path / folder)
+    monkeypatch.setattr(build, "ROOT", tmp_path)
+    copy = tmp_path / "solutions" / script(LABS[0]).name
+    assert build.compare(copy, run=False) == []
+    copy.write_text(copy.read_text("utf-8").replace("np.concatenate([lm.p for", "np.hstack([lm.p for"), "utf-8")
+    assert any("cell 'answer-stack' differs" in problem for problem in build.compare(copy, run=False))
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_the_solution_prints_what_it_printed(lab):
+    status, printed = nbval("--nbval", ROOT / "solutions" / f"{lab}.ipynb")
+    assert status == 0, printed
+
+
+def test_a_filled_in_lab_passes_and_one_with_a_mistake_fails_at_its_check(filled, tmp_path):
+    status, printed = nbval("--nbval-lax", *(filled / f"{lab}.ipynb" for lab in LABS))
+    assert status == 0, printed
+    notebook = nbformat.read(filled / f"{LABS[2]}.ipynb", as_version=4)
+    answer = cells(notebook)["answer-kf"]
+    answer.source = answer.source.replace("innovation[1::2] = wrap(innovation[1::2])", "pass")
+    notebook.cells = [c for c in notebook.cells if c.metadata.labkit in ("setup", "answer", "check")]
+    shutil.copy(filled / f"{LABS[0]}.ipynb", tmp_path)
+    nbformat.write(notebook, tmp_path / f"{LABS[2]}.ipynb")
+    status, printed = nbval("--nbval-lax", tmp_path / f"{LABS[2]}.ipynb")
+    assert status == 1 and "1 failed" in printed and "wrap" in printed, printed
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_an_unfilled_lab_stops_only_at_its_stubs(lab, tmp_path):
+    for name in LABS:
+        shutil.copy(ROOT / "notebooks" / f"{name}.ipynb", tmp_path)
+    notebook = student(lab)
+    NotebookClient(notebook, timeout=120, allow_errors=True, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    stops = [(cell.id, out.ename, out.evalue) for cell in notebook.cells for out in cell.get("outputs", []) if out.output_type == "error"]
+    assert {id for id, _, _ in stops} >= {cell.id for cell in notebook.cells if cell.metadata.labkit == "check"}
+    assert [stop for stop in stops if "still to be written" not in stop[2]] == []
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_the_students_copy_gives_nothing_away(lab):
+    text = (ROOT / "notebooks" / f"{lab}.ipynb").read_text("utf-8")
+    assert "SOLUTION" not in text and "HIDDEN" not in text
+    copy = "\n".join(cell.source for cell in student(lab).cells)
+    for region in re.findall(r"### BEGIN SOLUTION\n(.*?)### END SOLUTION", script(lab).read_text("utf-8"), re.S):
+        for line in region.splitlines():
+            bare = line.strip().removeprefix("# ")
+            assert len(bare) < 25 or bare in ALSO_TOLD or bare not in copy, bare
+
+
+# What a hint says in so many words, and a solution too.
+ALSO_TOLD = {
+    "innovation[1::2] = wrap(innovation[1::2])",
+    "low, high = chi2_bounds(dof=2, level=0.95, runs=runs)",
+}
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_the_shape_of_a_lab(lab):
+    notebook = student(lab)
+    assert 25 <= len(notebook.cells) <= 42
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
+    answers = [cell for cell in notebook.cells if cell.metadata.labkit == "answer" and cell.cell_type == "code"]
+    assert 3 <= len(answers) <= 5
+    assert all("NotImplementedError" in cell.source for cell in answers)
+    assert "Summary" in "".join(cell.source for cell in notebook.cells[-3:])
+
+
+@pytest.mark.parametrize("lab", [LABS[0], LABS[2]])
+def test_the_answer_kf_is_the_handouts_class(lab):
+    answer = cells(student(lab))["answer-kf"].source
+    for line in ("class KF:", "def __init__(self, x0, P0, Q, R, m, dt=0.25):", "def predict(self, u):", "def update(self, y):"):
+        assert line in answer
+
+
+def test_a_build_refuses_what_it_cannot_stub(tmp_path):
+    lab = tmp_path / "09_bad.py"
+    for source, message in [
+        ("# %%\n### BEGIN SOLUTION\nx = 1\n### END SOLUTION\n", "outside any function"),
+        ("# %%\ndef f():\n    ### BEGIN SOLUTION\n    pass\n", "without its partner"),
+        ('# %% id="a"\n1\n# %% id="a"\n2\n', "two cells have the id 'a'"),
+    ]:
+        lab.write_text(source, "utf-8")
+        with pytest.raises(build.Drifted, match=message):
+            build.student(build.source(lab))
+
+
+def test_hidden_tests_and_hidden_cells_do_not_reach_the_student(tmp_path):
+    lab = tmp_path / "09_hidden.py"
+    lab.write_text(
+        '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n# %% tags=["hidden"]\nsecret = 2\n', "utf-8"
+    )
+    notebook = build.source(lab)
+    assert "secret" in nbformat.writes(notebook)
+    assert "secret" not in nbformat.writes(build.student(notebook)) and "check(1)" in nbformat.writes(build.student(notebook))
+
+
+def test_the_kit_holds_no_filter_and_no_jacobian():
+    for path in (ROOT / "labkit").glob("*.py"):
+        text = path.read_text("utf-8")
+        assert not re.search(r"def (predict|update)\(self|def \w*jacobian", text), path.name
