@@ -6,6 +6,9 @@ from .geometry import as_covariance, as_point, root, wrap
 from .world import SENSORS, Landmark, positions, sensed
 
 DT = 0.25  # [s] one step of the handout's simulation
+# The noise of the handout's scripts: Q per second, R of one landmark times one second.
+HANDOUT_Q = np.diag([0.25**2, 0.25**2])
+HANDOUT_R = {"xy": np.diag([0.2**2, 0.2**2]), "rb": np.diag([0.2**2, np.deg2rad(5) ** 2])}
 # Up, left, down, right; then one more side's time standing still.
 SIDES = np.array([[0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])
 

@@ -12,13 +12,8 @@ from .canvas import Canvas
 from .feedback import FilterError
 from .log import START, START_COV, make_filter, replay, simulate
 from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
-from .robot import Robot
+from .robot import HANDOUT_Q, HANDOUT_R, Robot
 from .world import random_map
-
-# The handout's defaults: Q per second, R times one second.
-Q = np.diag([0.25**2, 0.25**2])
-R = {"xy": np.diag([0.2**2, 0.2**2]), "rb": np.diag([0.2**2, np.deg2rad(5) ** 2])}
-
 
 class Kept(w.VBox):
     """Widgets in a column, with a picture and a sentence for readers without a running kernel."""
@@ -55,7 +50,7 @@ class Screen:
 
 
 def explore(KF, log=None, sensor="xy", sliders=("Q", "R"), kind="nees", landmarks=25, range=2.5,
-            seed=1, Q=Q, R=None, x0=START, P0=START_COV):  # fmt: skip
+            seed=1, Q=None, R=None, x0=START, P0=START_COV):  # fmt: skip
     """Sliders for what the filter is told, over one recorded run with fixed noise.
 
     KF:      the student's class.  log: a recorded run; without one the handout's robot drives among
@@ -63,17 +58,22 @@ def explore(KF, log=None, sensor="xy", sliders=("Q", "R"), kind="nees", landmark
     sensor:  'xy' or 'rb', of the handout's robot.
     sliders: any of 'Q', 'R' (factors on the filter's covariances), 'landmarks', 'range'.
     kind:    third panel, 'nees' or 'nis'.
-    Q, R:    the covariances at factor 1: the handout robot's own unless given.
+    Q, R:    the covariances at factor 1: the log's or the handout robot's own unless given.
     """
     return Explorer(KF, log, sensor, sliders, kind, landmarks, range, seed, Q, R, x0, P0).box
 
 
 class Explorer:
-    def __init__(self, KF, log, sensor, sliders, kind, landmarks, range, seed, Q_, R_, x0, P0):
+    """The state behind `explore`: a log, the sliders' values, and `box`, the widget to show."""
+
+    def __init__(self, KF, log, sensor, sliders, kind, landmarks, range, seed, Q, R, x0, P0):
         self.KF, self.start = KF, {"x0": x0, "P0": P0}
-        self.sensor = sensor if log is None else log.sensor
-        self.Q, self.R = Q_, (R[self.sensor] if R_ is None else R_)
         self.seed, self.simulated = seed, log is None
+        self.sensor = sensor if self.simulated else log.sensor
+        own = (HANDOUT_Q, HANDOUT_R[self.sensor]) if self.simulated else (log.Q, log.R)
+        self.Q, self.R = (mine if given is None else given for mine, given in zip(own, (Q, R)))
+        if self.Q is None or self.R is None:
+            raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
         self.values = {"Q": 1.0, "R": 1.0, "landmarks": landmarks, "range": range}
         self.log = log if log is not None else self._record()
         self._sliders = {name: self._slider(name) for name in sliders}

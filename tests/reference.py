@@ -7,13 +7,13 @@ import numpy as np
 
 from labkit.log import make_filter, replay, simulate
 from labkit.notebook import load_answer
+from labkit.robot import HANDOUT_Q as Q
+from labkit.robot import HANDOUT_R as R
 from labkit.robot import Robot
 from labkit.world import Map, random_map
 
 ROOT = Path(__file__).resolve().parent.parent
 LABS = [path.stem for path in sorted((ROOT / "solutions").glob("[0-9]*_*.py"))]
-Q = np.diag([0.25**2, 0.25**2])
-R = {"xy": np.diag([0.2**2, 0.2**2]), "rb": np.diag([0.2**2, np.deg2rad(5) ** 2])}
 LAB = {"xy": "01_cartesian_ekf", "rb": "03_range_bearing_ekf"}
 
 

@@ -5,19 +5,13 @@ from labkit.checkspec import Check, Mistake, Right
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import K, P, update_mistakes
-from .inputs import FLOAT32, drive, filter_scenario, first_scenarios, with_update
+from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 
 R = [[0.04, 0.02], [0.02, 0.09]]
 BLOCKS, H = "repeat_R(self.R, p)", "np.tile(-np.eye(2), (p, 1))"
 
 
-def scenario(id, title, *updates, map=MAP, **more):
-    """Updates, each with the landmarks of these ids; a tuple (name, id) is seen under another name."""
-    pairs = [[(i, i) if isinstance(i, int) else i for i in ids] for ids in updates]
-    calls = [("update", [(name, SEEN[i]) for name, i in ids]) for ids in pairs]
-    return filter_scenario(id, title, R, map, calls, **more)
-
-
+scenario = update_scenarios(R, SEEN, MAP)
 SCENARIOS = [
     *first_scenarios(R, MAP),
     scenario("one", "update with one landmark", [2]),

@@ -53,3 +53,15 @@ FLOAT32 = [
     ("np.array(Q) * dt", "np.array(Q, dtype=np.float32) * dt"),
     ("np.array(R) / dt", "np.array(R, dtype=np.float32) / dt"),
 ]
+
+
+def update_scenarios(R, seen, home):
+    """A function that makes scenarios of updates for one sensor; `seen` has a measurement for each id."""
+
+    def scenario(id, title, *updates, map=home, **more):
+        """Updates, each with the landmarks of these ids; a tuple (name, id) is seen under another name."""
+        pairs = [[(i, i) if isinstance(i, int) else i for i in ids] for ids in updates]
+        calls = [("update", [(name, seen[i]) for name, i in ids]) for ids in pairs]
+        return filter_scenario(id, title, R, map, calls, **more)
+
+    return scenario

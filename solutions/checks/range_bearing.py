@@ -4,7 +4,7 @@ from labkit.checkspec import Check, Mistake, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import K, P, update_mistakes
-from .inputs import FLOAT32, drive, filter_scenario, first_scenarios, with_update
+from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
 R = [[0.04, 0.006], [0.006, 0.0076]]
@@ -12,13 +12,7 @@ SEEN = {0: [2.75, 1.05], 1: [3.2, 2.5], 2: [2.6, -3.08], 3: [1.8, -2.15], 4: [8.
 NAMES = [[12, 1.5, 2.0], [3, -2.2, 0.9], [7, -2.4, -0.6], [25, -0.5, -2.5]]  # ids are no places in this list
 
 
-def scenario(id, title, *updates, map=MAP, **more):
-    """Updates, each with the landmarks of these ids; a tuple (name, id) is seen under another name."""
-    pairs = [[(i, i) if isinstance(i, int) else i for i in ids] for ids in updates]
-    calls = [("update", [(name, SEEN[i]) for name, i in ids]) for ids in pairs]
-    return filter_scenario(id, title, R, map, calls, **more)
-
-
+scenario = update_scenarios(R, SEEN, MAP)
 SCENARIOS = [
     *first_scenarios(R, MAP),
     scenario("one", "update with one landmark", [0]),
