@@ -59,6 +59,12 @@ def nis(history, log):
     return np.where(log.count > 0, cost, np.nan), 2 * log.count
 
 
+def mean_nis(history, log):
+    """NIS per measured number over the whole run: 1 for a consistent filter."""
+    value, dof = nis(history, log)
+    return float(np.nansum(value) / max(dof.sum(), 1))
+
+
 def _squared(e, P):
     try:
         return np.einsum("ki,ki->k", e, np.linalg.solve(P, e[..., None])[..., 0])
@@ -96,8 +102,7 @@ def semi_axis(history, sigmas=3.0):
 def summary(history, log):
     """The figures that matter in one line of text, with units."""
     if log.truth is None:
-        value, dof = nis(history, log)
-        return f"mean NIS per measured number {np.nansum(value) / max(dof.sum(), 1):.2f} (1 is consistent)"
+        return f"mean NIS per measured number {mean_nis(history, log):.2f} (1 is consistent)"
     steps = steps_to_converge(history, log)
     known = np.isfinite(distances(history, log))
     return (

@@ -167,6 +167,18 @@ def plot_run(axes, log, history, kind="nees"):
     ConsistencyPanel(axes[2], duration, kind).show(log, history)
 
 
+def show_run(log, history, kind="nees", title=""):
+    """Make the figure of `plot_run` and show it, in a notebook or in a window."""
+    import matplotlib.pyplot as plt  # here only: the panels need no pyplot
+
+    figure, axes = plt.subplots(
+        1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1]
+    )
+    plot_run(axes, log, history, kind)
+    figure.suptitle(title)
+    plt.show()
+
+
 def plot_mean_nees(ax, times, values, dof=2):
     """Mean NEES over runs, values (runs, N+1), within the bounds that 95 % of such means keep."""
     low, high = metrics.chi2_bounds(dof, runs=len(values))

@@ -38,9 +38,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play, random_map, replay, simulate
+from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play, random_map
+from labkit import replay, simulate
 from labkit.metrics import inside, nees, rmse, semi_axis, steps_to_converge
-from labkit.plots import plot_run
+from labkit.plots import show_run
 
 # %% [markdown]
 # ## 1. The robot and its world
@@ -63,7 +64,8 @@ y = r.measure(m)
 
 print("told to drive", u, "m/s; is really at", r.p.round(3))
 for lm in y:
-    print(f"sees landmark {lm.id:2d} at {lm.p.round(2)} from itself;  on the map it is at {m[m.index(lm)].p.round(2)}")
+    on_map = m[m.index(lm)]
+    print(f"sees landmark {lm.id:2d} at {lm.p.round(2)} from itself; on the map: {on_map.p.round(2)}")
 
 # %% [markdown]
 # Three things to take along:
@@ -93,7 +95,8 @@ ax.plot(*log.truth.T, color="#0072B2", label="true path")
 ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", title="Told to drive a square")
 ax.legend(loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
 plt.show()
-print(f"At the end it is {np.linalg.norm(log.truth[-1] - square[-1]):.2f} m from where it was told to be.")
+off = np.linalg.norm(log.truth[-1] - square[-1])
+print(f"At the end it is {off:.2f} m from where it was told to be.")
 
 # %% [markdown]
 # The errors of the steps add up and nothing takes them away: this is *dead reckoning*. After $k$ steps the covariance is $k\,Q\,T$, here
@@ -154,7 +157,7 @@ check("cartesian-stack", stack)
 
 # %% id="answer-repeat" tags=["answer"]
 def repeat_R(R, p):
-    """The covariance (2p, 2p) of p landmarks that are measured independently, each with R (2, 2)."""
+    """Covariance (2p, 2p) of p landmarks, measured independently, each with R (2, 2)."""
     ### BEGIN SOLUTION
     return np.kron(np.eye(p), R)
     ### END SOLUTION
@@ -207,7 +210,7 @@ check("cartesian-repeat", repeat_R)
 
 # %% id="answer-kf" tags=["answer"]
 class KF:
-    """Kalman filter for the position of a robot that measures relative Cartesian positions."""
+    """Kalman filter for the position of a robot that sees relative Cartesian positions."""
 
     def __init__(self, x0, P0, Q, R, m, dt=0.25):
         self.xk_k = np.array(x0, dtype=float)  # (2,) estimate of the position [m]
@@ -225,7 +228,7 @@ class KF:
         ### END SOLUTION
 
     def update(self, y):
-        """Correct the estimate with the landmarks in view: a list of Landmark, maybe empty."""
+        """Correct the estimate with the landmarks in view: a list, maybe empty."""
         ### BEGIN SOLUTION
         if not y:
             return
@@ -278,10 +281,9 @@ play(make_filter(KF, log), log)
 
 # %%
 history = replay(make_filter(KF, log), log)
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
-plot_run(axes, log, history)
-plt.show()
-print(f"position RMSE {rmse(history, log):.2f} m, mean NEES {nees(history, log)[1:].mean():.2f}")
+show_run(log, history)
+print(f"position RMSE {rmse(history, log):.2f} m")
+print(f"mean NEES {nees(history, log)[1:].mean():.2f}")
 
 # %% [markdown]
 # Now the handout's first question. The filter is *right* when the true position is inside its ellipse. Here are the first steps:
@@ -290,7 +292,8 @@ print(f"position RMSE {rmse(history, log):.2f} m, mean NEES {nees(history, log)[
 history = replay(make_filter(KF, log), log)
 print("step  truth inside?  longer half axis of the 3σ ellipse [m]")
 for k in range(6):
-    print(f"{k:4d}  {'yes' if inside(history, log)[k] else 'no':13s}  {semi_axis(history)[k]:.2f}")
+    answer = "yes" if inside(history, log)[k] else "no"
+    print(f"{k:4d}  {answer:13s}  {semi_axis(history)[k]:.2f}")
 print("inside, and for ten steps on end, from step", steps_to_converge(history, log))
 print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 

@@ -31,9 +31,10 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import Robot, check, explore, load_answer, make_filter, metrics, progress, random_map, replay, simulate
+from labkit import Robot, check, explore, load_answer, make_filter, metrics, progress
+from labkit import random_map, replay, simulate
 from labkit.metrics import chi2_bounds
-from labkit.plots import ConsistencyPanel, plot_mean_nees, plot_run
+from labkit.plots import ConsistencyPanel, plot_mean_nees, plot_run, show_run
 
 KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved it in lab 1
 
@@ -59,7 +60,7 @@ KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved
 
 # %% id="answer-nees" tags=["answer"]
 def nees(truth, x, P):
-    """Normalized estimation error squared of one step: truth (2,), estimate x (2,), covariance P (2, 2)."""
+    """NEES of one step, from truth (2,), estimate x (2,) and covariance P (2, 2)."""
     ### BEGIN SOLUTION
     e = truth - x
     return e @ np.linalg.solve(P, e)
@@ -81,7 +82,8 @@ history = replay(make_filter(KF, log), log)
 values = [nees(*step) for step in zip(log.truth, history.x, history.P)]
 low, high = chi2_bounds(2)
 outside = np.mean([not low < v < high for v in values])
-print(f"mean NEES {np.mean(values):.2f}; {100 * outside:.0f} % of the steps outside {low:.2f} ... {high:.2f} (5 % are expected)")
+print(f"mean NEES {np.mean(values):.2f}")
+print(f"{100 * outside:.0f} % of the steps outside {low:.2f} ... {high:.2f}; 5 % are expected")
 
 # %% [markdown]
 # ## 2. Told that the sensor is better than it is
@@ -93,9 +95,7 @@ print(f"mean NEES {np.mean(values):.2f}; {100 * outside:.0f} % of the steps outs
 
 # %%
 history = replay(make_filter(KF, log, R=0.01 * R), log)
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
-plot_run(axes, log, history)
-plt.show()
+show_run(log, history)
 print(metrics.summary(history, log))
 
 # %% [markdown]
@@ -122,11 +122,10 @@ print(metrics.summary(history, log))
 
 # %%
 history = replay(make_filter(KF, log, R=100 * R), log)
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
-plot_run(axes, log, history)
-plt.show()
+show_run(log, history)
 print(metrics.summary(history, log))
-print("longer half axis of the 3σ ellipse [m] after 0, 1, 10, 40 steps:", metrics.semi_axis(history)[[0, 1, 10, 40]].round(2))
+half = metrics.semi_axis(history)[[0, 1, 10, 40]].round(2)
+print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m")
 
 # %% [markdown]
 # ### Question Q3
@@ -160,8 +159,8 @@ fig, axes = plt.subplots(1, 3, figsize=(11, 4.0), layout="constrained", sharey=T
 for ax, factor in zip(axes, [0.01, 1, 100]):
     history = replay(make_filter(KF, log, R=factor * R), log)
     ConsistencyPanel(ax, 40, "nis").show(log, history)
-    value, dof = metrics.nis(history, log)
-    ax.set(title=f"told {factor:g} × R: mean {np.nansum(value) / dof.sum():.2f}", ylabel="NIS per number" if factor == 0.01 else "")
+    ax.set_title(f"told {factor:g} × R: mean {metrics.mean_nis(history, log):.2f}")
+    ax.label_outer()
 plt.show()
 
 # %% [markdown]
@@ -172,14 +171,15 @@ plt.show()
 # **Before you run it:** which two rows will look alike in some column?
 
 # %%
-print("told           RMSE [m]   inside 3σ   mean NEES   mean NIS per number   half axis at 20 s [m]")
-for name, q, r in [("the truth", 1, 1), ("0.01 R", 1, 0.01), ("100 R", 1, 100), ("0.01 Q", 0.01, 1), ("100 Q", 100, 1)]:
+print("told        RMSE [m]  inside 3σ  mean NEES  mean NIS per number  half axis at 20 s [m]")
+for name, q, r in [
+    ("the truth", 1, 1), ("0.01 R", 1, 0.01), ("100 R", 1, 100), ("0.01 Q", 0.01, 1), ("100 Q", 100, 1)
+]:  # fmt: skip
     history = replay(make_filter(KF, log, Q=q * Q, R=r * R), log)
-    value, dof = metrics.nis(history, log)
-    print(
-        f"{name:12s} {metrics.rmse(history, log):10.2f} {100 * metrics.inside(history, log).mean():9.0f} % "
-        f"{metrics.nees(history, log)[1:].mean():11.1f} {np.nansum(value) / dof.sum():15.2f} {metrics.semi_axis(history)[80]:20.2f}"
-    )
+    rmse, inside = metrics.rmse(history, log), 100 * metrics.inside(history, log).mean()
+    mean_nees = metrics.nees(history, log)[1:].mean()
+    mean_nis, half = metrics.mean_nis(history, log), metrics.semi_axis(history)[80]
+    print(f"{name:10s}{rmse:10.2f}{inside:9.0f} %{mean_nees:11.1f}{mean_nis:15.2f}{half:20.2f}")
 
 # %% [markdown]
 # Try everything in between with the sliders. Watch the third panel: it is the NIS, the one you would also have on a real robot.
@@ -223,7 +223,7 @@ explore(KF, kind="nis")
 
 # %% id="answer-verdict" tags=["answer"]
 def verdict(mean_nees, runs):
-    """'overconfident', 'consistent' or 'underconfident', from the mean NEES of `runs` runs at one step."""
+    """'overconfident', 'consistent' or 'underconfident', from the mean NEES of `runs` runs."""
     ### BEGIN SOLUTION
     low, high = chi2_bounds(dof=2, level=0.95, runs=runs)
     if mean_nees > high:
@@ -238,14 +238,20 @@ def verdict(mean_nees, runs):
 check("mismatch-verdict", verdict)
 
 # %%
-logs = [simulate(Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed)) for seed in range(60)]
+def run(seed):
+    return simulate(Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed))
+
+
+logs = [run(seed) for seed in range(60)]
 fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
 for ax, factor in zip(axes, [0.5, 1, 2]):
-    told = [replay(make_filter(KF, log, R=factor * R), log) for log in progress(logs, f"runs told {factor:g} R")]
-    values = np.array([metrics.nees(history, log) for history, log in zip(told, logs)])
-    plot_mean_nees(ax, log.times, values)
-    verdicts = [verdict(v, len(logs)) for v in values[:, 1:].mean(axis=0)]
-    ax.set(title=f"told {factor:g} × R: {max(set(verdicts), key=verdicts.count)}", ylim=(0, 6))
+    values = []
+    for one in progress(logs, f"runs told {factor:g} R"):
+        values.append(metrics.nees(replay(make_filter(KF, one, R=factor * R), one), one))
+    plot_mean_nees(ax, one.times, values)
+    verdicts = [verdict(v, len(logs)) for v in np.mean(values, axis=0)]
+    most = max(set(verdicts), key=verdicts.count)
+    ax.set(title=f"told {factor:g} × R: {most}", ylim=(0, 6))
 plt.show()
 
 # %% [markdown]
@@ -270,7 +276,7 @@ plt.show()
 
 # %% id="answer-dark" tags=["answer"]
 def longest_dark(count):
-    """Length of the longest row of steps with no landmark in view; count (N,) is the number in view."""
+    """Longest row of steps with no landmark in view; count (N,) is the number in view."""
     ### BEGIN SOLUTION
     longest = current = 0
     for n in count:
@@ -289,12 +295,14 @@ check("mismatch-dark", longest_dark)
 # %%
 few = simulate(Robot((2, -2), Q, R, rng=3), random_map(5, rng=3))
 history = replay(make_filter(KF, few), few)
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
+dark = few.count == 0
+fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained")
 plot_run(axes, few, history)
 for ax in axes[1:]:
-    ax.fill_between(few.times[1:], *ax.get_ylim(), where=few.count == 0, step="pre", color="#999999", alpha=0.25, lw=0)
+    ax.fill_between(few.times[1:], *ax.get_ylim(), where=dark, step="pre", color="0.85", zorder=0)
 plt.show()
-print(f"{(few.count == 0).sum()} of {len(few)} steps with nothing in view, {longest_dark(few.count)} of them on end (grey)")
+print(f"{dark.sum()} of {len(few)} steps with nothing in view (grey),", end=" ")
+print(f"{longest_dark(few.count)} of them on end")
 print(metrics.summary(history, few))
 
 # %% [markdown]

@@ -32,11 +32,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import (
-    EnvPlot, Landmark, Map, Robot, check, explore, load_answer, make_filter, metrics, mrclam, play, random_map,
-    replay, simulate, wrap,
-)  # fmt: skip
-from labkit.plots import MapPanel, ScenePanel, limits, plot_run
+from labkit import EnvPlot, Landmark, Map, Robot, check, explore, load_answer, make_filter
+from labkit import metrics, mrclam, random_map, replay, simulate, wrap
+from labkit.plots import MapPanel, ScenePanel, limits, show_run
 
 CartesianKF = load_answer("01_cartesian_ekf", "KF")  # your filter of lab 1, to compare with
 
@@ -61,7 +59,7 @@ CartesianKF = load_answer("01_cartesian_ekf", "KF")  # your filter of lab 1, to 
 
 # %% id="answer-h" tags=["answer"]
 def h(x, landmark):
-    """What a robot at x (2,) should measure of a landmark: array (range [m], bearing [rad])."""
+    """What a robot at x (2,) should measure of a landmark: [range [m], bearing [rad]]."""
     ### BEGIN SOLUTION
     dx, dy = landmark - x
     return np.array([np.hypot(dx, dy), np.arctan2(dy, dx)])
@@ -97,7 +95,7 @@ check("range-bearing-h", h)
 
 # %% id="answer-jacobian" tags=["answer"]
 def jacobian(x, landmark):
-    """Derivatives (2, 2) of h(x, landmark): row 1 of the range, row 2 of the bearing, columns x and y."""
+    """Derivatives (2, 2) of h: row 1 of the range, row 2 of the bearing; columns x and y."""
     ### BEGIN SOLUTION
     dx, dy = landmark - x
     r = np.hypot(dx, dy)
@@ -150,7 +148,7 @@ print(f"wrapped difference {np.rad2deg(wrap(seen - expected)):7.1f}°")
 
 # %% id="answer-kf" tags=["answer"]
 class KF:
-    """Extended Kalman filter for the position of a robot that measures ranges and bearings."""
+    """Extended Kalman filter for the position of a robot that sees ranges and bearings."""
 
     def __init__(self, x0, P0, Q, R, m, dt=0.25):
         self.xk_k = np.array(x0, dtype=float)  # (2,) estimate of the position [m]
@@ -168,7 +166,7 @@ class KF:
         ### END SOLUTION
 
     def update(self, y):
-        """Correct the estimate with the landmarks in view: a list of Landmark, maybe empty."""
+        """Correct the estimate with the landmarks in view: a list, maybe empty."""
         ### BEGIN SOLUTION
         if not y:
             return
@@ -219,12 +217,16 @@ log = simulate(Robot((2, -2), Q, R_xy, rng=1), m)
 polar = log.seen_by("rb", R_rb, rng=1)
 
 fig, axes = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
-for ax, name, Filter, seen in [(axes[0], "Cartesian", CartesianKF, log), (axes[1], "range and bearing", KF, polar)]:
+for ax, name, Filter, seen in [
+    (axes[0], "Cartesian", CartesianKF, log),
+    (axes[1], "range and bearing", KF, polar),
+]:
     history = replay(make_filter(Filter, seen), seen)
     MapPanel(ax, limits(log), title=name).show(seen, history, ellipses=40)
-    axis = np.sqrt(np.linalg.eigvalsh(history.P[1:]))
+    short, long = np.sqrt(np.linalg.eigvalsh(history.P[1:])).T
     print(f"{name}: {metrics.summary(history, seen)}")
-    print(f"   longest over shortest axis of the ellipse: median {np.median(axis[:, 1] / axis[:, 0]):.2f}, largest {(axis[:, 1] / axis[:, 0]).max():.2f}")
+    print(f"   long axis over short axis: median {np.median(long / short):.2f},", end=" ")
+    print(f"largest {np.max(long / short):.2f}")
 plt.show()
 
 # %% [markdown]
@@ -262,7 +264,7 @@ fig, axes = plt.subplots(1, 3, figsize=(11, 4.2), layout="constrained")
 for ax, k in zip(axes, [4, 12, int(distance.argmin())]):
     ScenePanel(ax, (0.6, 4.0, -2.4, 1.6)).show_step(lone, history, k)
     ax.get_legend().remove()
-    ax.set_title(f"range {distance[k]:.2f} m: half axes {axis[k, 1]:.2f} and {axis[k, 0]:.2f} m", fontsize=10)
+    ax.set_title(f"range {distance[k]:.2f} m: half axes {axis[k, 1]:.2f}, {axis[k, 0]:.2f} m", size=10)
 plt.show()
 
 # %% [markdown]
@@ -284,7 +286,8 @@ near, values = np.concatenate(near), np.concatenate(values)
 print("nearest landmark [m]    steps   mean NEES   median   (2 and 1.39 are consistent)")
 for low, high in [(0, 0.25), (0.25, 0.5), (0.5, 1), (1, 2.5)]:
     here = values[(low <= near) & (near < high)]
-    print(f"{low:8.2f} to {high:4.2f} {len(here):15d} {here.mean():10.1f} {np.median(here):9.1f}")
+    mean, median = here.mean(), np.median(here)
+    print(f"{low:8.2f} to {high:4.2f} {len(here):15d} {mean:10.1f} {median:9.1f}")
 
 # %% [markdown]
 # ### Question Q7
@@ -361,14 +364,17 @@ log = mrclam.with_compass(mrclam.load(robot=1), rng=0)
 print(log.name, *log.notes, sep="\n   ")
 
 Q_real = 0.05**2 * np.eye(2)  # wheels slip by 5 cm in one second
-R_real = np.diag([0.6**2, 0.15**2]) * log.dt  # σ = 0.6 m and 0.15 rad a measurement; KF divides by dt
-real = {"x0": log.truth[0], "P0": 0.1**2 * np.eye(2)}
+R_real = np.diag([0.6**2, 0.15**2]) * log.dt  # σ = 0.6 m and 0.15 rad; KF divides by dt
 
-history = replay(make_filter(KF, log, Q_real, R_real, **real), log)
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.2), layout="constrained", width_ratios=[1.1, 1, 1])
-plot_run(axes, log, history)
-fig.suptitle(log.name)
-plt.show()
+
+def on_real_robot(log, R):
+    """History of your filter, started at the true position with σ = 0.1 m."""
+    kf = make_filter(KF, log, Q_real, R, x0=log.truth[0], P0=0.1**2 * np.eye(2))
+    return replay(kf, log)
+
+
+history = on_real_robot(log, R_real)
+show_run(log, history, title=log.name)
 print(metrics.summary(history, log))
 
 # %% [markdown]
@@ -378,14 +384,16 @@ print(metrics.summary(history, log))
 
 # %% tags=["nbval-ignore-output"]
 R_narrow = np.diag([0.15**2, 0.05**2]) * log.dt
-print("position RMSE [m] (mean NEES)     dead reckoning     wide R         narrow R")
+print("position RMSE [m] (mean NEES)    dead reckoning     wide R         narrow R")
 for robot in range(1, 6):
     log = mrclam.with_compass(mrclam.load(robot), rng=0)
     dead = log.truth[0] + np.vstack([[0, 0], np.cumsum(log.dt * log.controls, axis=0)])
-    row = f"{log.name:34s} {np.sqrt(np.nanmean(((dead - log.truth) ** 2).sum(axis=1))):8.2f}     "
+    off = np.linalg.norm(dead - log.truth, axis=1)
+    row = f"{log.name:34s}{np.sqrt(np.nanmean(off**2)):8.2f}     "
     for R in (R_real, R_narrow):
-        history = replay(make_filter(KF, log, Q_real, R, x0=log.truth[0], P0=0.1**2 * np.eye(2)), log)
-        row += f"  {metrics.rmse(history, log):8.3f} ({np.nanmean(metrics.nees(history, log)):.1f})"
+        history = on_real_robot(log, R)
+        rmse, mean_nees = metrics.rmse(history, log), np.nanmean(metrics.nees(history, log))
+        row += f"{rmse:10.3f} ({mean_nees:.1f})"
     print(row)
 
 # %% [markdown]
@@ -399,12 +407,11 @@ for robot in range(1, 6):
 
 # %% tags=["nbval-ignore-output"]
 log = mrclam.with_compass(mrclam.load(robot=3), rng=0)
-history = replay(make_filter(KF, log, Q_real, R_real, x0=log.truth[0], P0=0.1**2 * np.eye(2)), log)
-value, dof = metrics.nis(history, log)
+value, dof = metrics.nis(on_real_robot(log, R_real), log)
 worst = np.argsort(np.nan_to_num(value))[::-1][:6]
 print(log.name)
 for k in worst:
-    print(f"   at {log.times[k + 1]:6.1f} s: NIS {value[k]:6.1f}, with {dof[k]} numbers measured")
+    print(f"   {log.times[k + 1]:6.1f} s: NIS {value[k]:6.1f}, with {dof[k]} numbers measured")
 
 # %% [markdown]
 # ### Question

@@ -119,6 +119,9 @@ def test_the_shape_of_a_lab(lab):
     answers = [cell for cell in notebook.cells if cell.metadata.labkit == "answer" and cell.cell_type == "code"]
     assert 3 <= len(answers) <= 5
     assert all("NotImplementedError" in cell.source for cell in answers)
+    # What is wider than this is cut off beside JupyterLab's file list on a laptop.
+    long = [(cell.id, line) for cell in notebook.cells if cell.cell_type == "code" for line in cell.source.splitlines() if len(line) > 94]
+    assert long == []
     assert "Summary" in "".join(cell.source for cell in notebook.cells[-3:])
 
 
