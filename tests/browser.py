@@ -1,6 +1,6 @@
 """JupyterLab on a scratch folder and a real browser in front of it, for tests and for pictures.
 
-`python tests/browser.py pictures` takes the pictures of the README (see `take_pictures`).
+tests/pictures.py takes the pictures of the README with it.
 The browser is the one that LABKIT_CHROMIUM names, or the first Chromium or Chrome found on PATH.
 """
 
