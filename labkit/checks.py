@@ -4,19 +4,27 @@ The numbers (inputs, right outputs, outputs of typical mistakes) are made from t
 `labkit build` and shipped in `labkit/checkdata`, so that no right code is shipped.
 """
 
+import ast
 import inspect
 import json
 import re
+import sys
+import warnings
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
 from .compare import gap, identify, nearest
-from .feedback import Told
+from .feedback import Told, own_line
 from .hints import evidence, fold, todo
 from .subjects import run
 
 DATA = Path(__file__).parent / "checkdata"
+STOPPED = "It was still running when it was stopped: does a loop never end?"
+NEWEST_IS_BROKEN = (
+    "The last version of your answer cannot be read by Python (see the error above); this check still sees "
+    "the one before it."
+)
 
 
 class CheckFailed(Told):
@@ -35,22 +43,32 @@ class CheckFailed(Told):
 def check(name, subject):
     """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckFailed."""
     data = stored(str(name))
-    problem = unfit(data, subject)
+    if newest_is_broken(data["subject"]):
+        raise CheckFailed(name, NEWEST_IS_BROKEN)
+    passed, notes = judge(data, subject)
+    print(f"{name}: all {len(passed)} checks passed." if len(passed) > 1 else f"{name}: passed.")
+    for s in passed:
+        print(f"  ok  {s['title']}")
+    for s in notes:
+        print("\n".join(fold(f"Note: {s['advice']}")))
+
+
+def judge(data, subject):
+    """The scenarios that `subject` passed, and those whose advice it needs; raises CheckFailed."""
+    name, problem = data["name"], unfit(data, subject)
     if problem:
         raise CheckFailed(name, problem)
-    traces = steady_traces(data, subject)
+    try:
+        traces = steady_traces(data, subject)
+    except KeyboardInterrupt as error:
+        raise CheckFailed(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
     right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
     must = [s for s in data["scenarios"] if "advice" not in s]
     failed = [s for s in must if right[s["id"]][0] > 1]
     if failed:
         passed = f"{len(must) - len(failed)} of {len(must)} checks passed."
         raise CheckFailed(name, *diagnosis(data, failed, traces, right), passed)
-    print(f"{name}: all {len(must)} checks passed." if len(must) > 1 else f"{name}: passed.")
-    for s in must:
-        print(f"  ok  {s['title']}")
-    for s in data["scenarios"]:
-        if right[s["id"]][0] > 1:
-            print("\n".join(fold(f"Note: {s['advice']}")))
+    return must, [s for s in data["scenarios"] if right[s["id"]][0] > 1]
 
 
 @cache
@@ -61,6 +79,21 @@ def stored(name):
         near = get_close_matches(name, [p.stem for p in DATA.glob("*.json")], 1)
         raise CheckFailed(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
     return json.loads(path.read_text(encoding="utf-8"))
+
+
+def newest_is_broken(name):
+    """Whether the last cell run in this notebook that defines `name` is no Python, so that an older one counts."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython and ipython.get_ipython()
+    cells = shell.history_manager.input_hist_parsed if shell else []
+    defines = re.compile(rf"\b(class|def)\s+{name}\b")
+    newest = next((cell for cell in reversed(cells) if defines.search(cell)), "")
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            compile(newest, "cell", "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
+    except (SyntaxError, ValueError):
+        return True
+    return False
 
 
 def unfit(data, subject):

@@ -85,8 +85,9 @@ def sentence(error):
     if isinstance(error, NotImplementedError):
         return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
+    seen = f"{text}\n{own_line(error)}" if isinstance(error, IndexError) else text
     for kind, pattern, advice in _KNOWN:
-        if isinstance(error, kind) and re.search(pattern, text):
+        if isinstance(error, kind) and re.search(pattern, seen):
             return f"{name}.\n{advice}"
     return name
 
@@ -107,17 +108,22 @@ _KNOWN = [
      "That landmark was looked for and not found; compare landmarks with `==` (by id), not by position."),
     (ValueError, "truth value of an array",
      "An `if` or `==` met a whole array; compare single numbers or landmarks instead."),
-    (IndexError, ".",
+    (IndexError, r"\b(m|map)\[|\.id\b",
      "Something was looked up at a position that is not there. A landmark's id is its name, not its "
      "place in the map: find it with `==` or `map.index(...)`."),
+    (IndexError, ".",
+     "Something was looked up at a position that is not there: positions count from 0 to the length minus 1."),
     (KeyError, "", "A dictionary was asked for a key that it does not have."),
     ((AttributeError, TypeError), "NoneType",
      "A variable is None: a function without `return`, or a search that found nothing."),
+    ((AttributeError, TypeError), "type (object )?'map'", "`map` is a Python built-in; yours is `self.map`."),
     (AttributeError, "Landmark",
      "A Landmark has two fields: `.p`, an array of two numbers, and `.id`."),
     (AttributeError, "has no attribute",
      "There is no such field or method: a typing slip, or a field that `__init__` does not set."),
     (UnboundLocalError, ".", "That name gets its value only in a branch that did not run."),
+    (NameError, "'(stack|repeat_R)'",
+     "That function was written in lab 1's notebook: run its cell there; in another notebook, copy it here."),
     (NameError, ".", "That name is not known here: a typing slip, a missing `self.`, or a cell not run yet."),
     (TypeError, "unexpected keyword argument",
      "The call and the definition disagree: a filter is made with KF(x0, P0, Q, R, m, dt=...)."),

@@ -58,7 +58,7 @@ def _off(scenario, trace, steps, i):
     hint = _hint(which, came, right, before, names, call.split("(")[0])
     shown = [names[j] for j in which]
     return f"Not yet right: {scenario['title']}. {hint}".strip(), [
-        *_column("before", _values(names, before) if before else []),
+        *_column("before", _values(names, before) + noise_text(scenario, call) if before else []),
         *_column("call", fold(call)),
         *_column("expected", _values(shown, [right[j] for j in which])),
         *_column("came", _values(shown, [came[j] for j in which])),
@@ -89,6 +89,13 @@ def call_text(scenario, call):
         return f"{name}({', '.join(map(input_text, args))}) with {options}"
     name, *args = scenario["calls"][call]
     return f"{name}({', '.join(map(input_text, args))})"
+
+
+def noise_text(scenario, call):
+    """The noise that a call of `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
+    (_, _, Q, R, _), options = scenario["make"]
+    noise = {"predict": [("Q", np.array(Q) * options["dt"])], "update": [("R", np.array(R) / options["dt"])]}
+    return [line for name, value in noise[call.split("(")[0]] for line in _values([name], [value])]
 
 
 def input_text(stored):
@@ -145,7 +152,7 @@ def _compare(came, right, name):
     if factor and gap_of(came, factor * right) <= 1:
         if abs(factor + 1) < 1e-3:
             return f"{name} has the other sign."
-        return f"{name} is {factor:.4g} times the expected value."
+        return f"{name} is {factor:.4g} times the expected value." if right.size > 1 else ""
     if right.ndim == 2 and gap_of(came, right.T) <= 1:
         return f"{name} is the transpose of what was expected."
     if right.size > 1 and gap_of(np.sort(came, axis=None), np.sort(right, axis=None)) <= 1:

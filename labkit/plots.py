@@ -35,7 +35,7 @@ class MapPanel:
 
     def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1), title="Map, with 3σ ellipses"):
         _map_axes(ax, box)
-        ax.set_title(title)
+        ax.set_title(title, fontsize=11)
         (self.landmarks,) = ax.plot([], [], "k*", ms=7, label="landmarks")
         (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.3, label="estimate")
@@ -61,7 +61,7 @@ class ErrorPanel:
 
     def __init__(self, ax, duration, limit=2.0):
         ax.set(xlim=(0, duration), ylim=(-limit, limit), xlabel="time [s]", ylabel="error [m]")
-        ax.set_title("Error and its 3σ bounds")
+        ax.set_title("Error and its 3σ bounds", fontsize=11)
         ax.axhline(0, color=GREY, lw=0.6)
         self.lines = []
         for name, color, style in [("x", BLUE, "-"), ("y", VERMILION, "--")]:
@@ -88,8 +88,8 @@ class ConsistencyPanel:
     def __init__(self, ax, duration, kind="nees"):
         self.kind = kind
         ylabel = {"nees": "NEES (2 is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
-        ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
-        ax.set_title(f"{kind.upper()} and its 95 % bounds")
+        ax.set(xlim=(0, duration), ylim=(1e-3, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
+        ax.set_title(f"{kind.upper()} and its 95 % bounds", fontsize=11)
         (self.value,) = ax.plot([], [], "-", color=BLUE, lw=1.0, marker=".", ms=2.5, label=kind.upper())
         (self.low,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="95 % bounds")
         (self.high,) = ax.plot([], [], "--", color=ORANGE, lw=1.3)
@@ -108,6 +108,12 @@ class ConsistencyPanel:
         kinds, which = np.unique(dof, return_inverse=True)
         low, high = metrics.chi2_bounds(kinds)
         self.value.set_data(t, value / scale)
+        if self.kind == "nis" and len(t) < 0.8 * len(log):  # no lines across the times without a landmark
+            self.value.set_linestyle("")
+            for bound in (self.low, self.high):
+                bound.set(linestyle="", marker="_", markersize=4, markeredgewidth=1)
+        elif len(t) > 1000:
+            self.value.set_marker("")  # so many dots would be one blob
         self.low.set_data(t, low[which] / scale)
         self.high.set_data(t, high[which] / scale)
         return self
@@ -163,7 +169,9 @@ def plot_run(axes, log, history, kind="nees"):
     """Fill three axes: map with paths, error within its bounds, NEES or NIS within its bounds."""
     duration = log.times[-1] - log.times[0]
     MapPanel(axes[0], limits(log)).show(log, history)
-    ErrorPanel(axes[1], duration).show(log, history)
+    settled = history.P[len(log) // 20 :, :2, :2]  # without the wide start
+    widest = 3 * np.sqrt(np.diagonal(settled, axis1=1, axis2=2).max())
+    ErrorPanel(axes[1], duration, limit=np.clip(1.1 * widest, 2.0, 6.0)).show(log, history)
     ConsistencyPanel(axes[2], duration, kind).show(log, history)
 
 

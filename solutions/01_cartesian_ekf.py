@@ -12,7 +12,8 @@
 # - judge whether a filter is right *and* whether it knows how right it is.
 #
 # **You will write** `stack`, `repeat_R` and the class `KF` with its two methods `predict` and `update`. Under each answer is a
-# *check* cell: run it as often as you like. It tells you what is wrong, not just that something is.
+# *check* cell: run it as often as you like. It tells you what is wrong, not just that something is. (If a cell shows `[*]` for more than ten
+# seconds, your code loops: Kernel → Interrupt.)
 
 # %% [markdown]
 # ## Symbols
@@ -33,13 +34,16 @@
 #
 # A *covariance* is a variance for several numbers at once: variances on the diagonal, and beside it how much two of them err together.
 # Its square root is the standard deviation σ.
+#
+# Two remarks on names. `xk_k` is the handout's $\\hat x_{k|k}$: the estimate at step k after the measurements of step k. And `Q` and `R` are told
+# *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from section 4 on, they are those of *one step*.
 
 # %% id="setup" tags=["setup"]
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play, random_map
-from labkit import replay, simulate
+from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play
+from labkit import random_map, replay, simulate
 from labkit.metrics import inside, nees, rmse, semi_axis, steps_to_converge
 from labkit.plots import show_run
 
@@ -51,7 +55,7 @@ from labkit.plots import show_run
 # the position *relative to the robot*. Noise is everywhere: in the motion (covariance `Q`) and in what it sees (covariance `R`).
 #
 # **Before you run it:** the robot is at (2, −2) and is told to drive up at 0.5 m/s for 0.25 s. Where would it be after one step if its
-# motion had no noise?
+# motion had no noise? (The first line that is printed tells.)
 
 # %%
 Q = np.diag([0.25**2, 0.25**2])  # motion noise, per second [m^2/s]
@@ -62,26 +66,27 @@ r = Robot((2, -2), Q, R, rng=1)
 u = r.action()
 y = r.measure(m)
 
+print("without noise it would be at", np.array([2, -2]) + r.dt * u)
 print("told to drive", u, "m/s; is really at", r.p.round(3))
 for lm in y:
-    on_map = m[m.index(lm)]
-    print(f"sees landmark {lm.id:2d} at {lm.p.round(2)} from itself; on the map: {on_map.p.round(2)}")
+    on_map = m[m.index(lm)].p.round(2)
+    print(f"sees landmark {lm.id:2d} at {lm.p.round(2)}; on the map it is at {on_map}")
 
 # %% [markdown]
 # Three things to take along:
 # - `m.index(lm)` finds a measured landmark on the map: two landmarks are equal (`==`) when their names are. A name is not a place in the list.
 # - `landmark - x` is the vector from a position `x` to the landmark.
-# - The noise is told *per second*, so that it does not depend on the step. In one step of $T$ seconds the motion noise has covariance
-#   $Q\,T$, and one measurement $R/T$. `r.Q` and `r.R` are these step values; your filter will make the same conversion once, when it is made.
-#   With $T$ = 0.25 s a landmark is seen with σ = 0.4 m.
+# - The noise is told *per second*, so that it does not depend on the step. A longer step slips more: its motion noise has covariance $Q\,T$. A
+#   shorter look is a noisier one: a measurement has $R/T$. `r.Q` and `r.R` are these step values; your filter will make the same conversion
+#   once, when it is made. With $T$ = 0.25 s the motion has σ = 0.125 m a step, and a landmark is seen with σ = 0.4 m.
 #
 # The same seed (`rng=1`) gives the same run each time. Change it, and you have another world.
 
 # %% [markdown]
 # ## 2. Why commands alone do not do
 #
-# `simulate` drives the robot through the whole square and records a *log*: what it was told (`log.controls`), what it saw, and the true
-# path (`log.truth`), which no filter ever gets. **Before you run it:** the dashed line is where the robot should go. How far off will it
+# `simulate` drives the robot through the whole square, 8 s a side; for the last 8 s it is told to stand still, and slips all the same. It records a
+# *log*: what the robot was told (`log.controls`), what it saw, and the true path (`log.truth`), which no filter ever gets. **Before you run it:** the dashed line is where the robot should go. How far off will it
 # be after 40 s?
 
 # %%
@@ -99,8 +104,8 @@ off = np.linalg.norm(log.truth[-1] - square[-1])
 print(f"At the end it is {off:.2f} m from where it was told to be.")
 
 # %% [markdown]
-# The errors of the steps add up and nothing takes them away: this is *dead reckoning*. After $k$ steps the covariance is $k\,Q\,T$, here
-# σ = 0.125 m · √160 = 1.6 m in each direction. Landmarks can take the error away, since their place is known.
+# The errors of the steps add up and nothing takes them away: this is *dead reckoning*. After $k$ steps the covariance is $k$ times that of one step, here
+# σ = 0.125 m · √160 = 1.6 m in each direction, typically 2.2 m in the plane; this run is one of the worse ones. Landmarks can take the error away, since their place is known.
 
 # %% [markdown]
 # ## 3. What should I see from here?
@@ -250,9 +255,10 @@ check("cartesian-kf", KF)
 # ## 6. Let it run
 #
 # The filter is started at (0, 0), which is wrong, with $P = 3\,I$, which admits it: σ = 1.7 m. Blue is the robot: `+` where it truly is,
-# a dashed circle how far it sees, stars what it measures. Red is your filter: `+` its estimate and an ellipse out to 3σ.
+# a dashed circle how far it sees, stars what it measures. Orange-red is your filter: `+` its estimate and an ellipse out to 3σ. A
+# measured star may lie outside the circle: it is what the robot reports, noise and all.
 #
-# **Before you run it:** how large will the red ellipse be before the first measurement, and how large after ten?
+# **Before you run it:** how large will the ellipse be before the first measurement, and how large after ten?
 
 # %%
 r = Robot((2, -2), Q, R, rng=1)
@@ -294,7 +300,7 @@ print("step  truth inside?  longer half axis of the 3σ ellipse [m]")
 for k in range(6):
     answer = "yes" if inside(history, log)[k] else "no"
     print(f"{k:4d}  {answer:13s}  {semi_axis(history)[k]:.2f}")
-print("inside, and for ten steps on end, from step", steps_to_converge(history, log))
+print("inside, and for ten steps in a row, from step", steps_to_converge(history, log))
 print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 
 # %% [markdown]
@@ -329,7 +335,7 @@ explore(KF, sliders=("Q", "R", "landmarks"))
 
 # %% [markdown]
 # ### Question
-# Set the number of landmarks to 3, then to 60. What happens to the red ellipses along the path, and which line of `update` does it?
+# Set the number of landmarks to 3, then to 60. What happens to the ellipses along the path, and which line of `update` does it?
 
 # %% [markdown] id="answer-landmarks" tags=["answer"]
 # ### BEGIN SOLUTION
@@ -344,6 +350,7 @@ explore(KF, sliders=("Q", "R", "landmarks"))
 # - A belief is a mean *and* a covariance. Predict makes it wider, update makes it narrower.
 # - The innovation is what was seen minus what was expected; the gain $K$ says how much of it to believe.
 # - A good filter is close to the truth *and* knows how close.
+# - Here the measurement was a linear function of the position, so this was a plain Kalman filter. Why the file's name says EKF, you learn in lab 3.
 #
 # Save the notebook (Ctrl+S): lab 2 uses your `KF`. To check everything once more before you hand it in, run
 # `labkit check notebooks/01_cartesian_ekf.ipynb` in a terminal (in JupyterLab: File → New → Terminal).
@@ -361,7 +368,7 @@ explore(KF, sliders=("Q", "R", "landmarks"))
 # | $I_{2p \times 2p} \otimes R$ | $I_{p \times p} \otimes R$ |
 # | 3σ ellipse: 99.7 % | 98.9 % in two dimensions |
 # | other noise in every run, none can be repeated | a seed, `rng=1` |
-# | the last side sets one velocity twice, so that the robot stands still | kept: it is instructive to watch a filter without motion |
+# | the last part of the drive sets one velocity twice, so that the robot stands still | kept: it is instructive to watch a filter without motion |
 #
 # - I. Rañó, *Localización de un robot con filtro de Kalman extendido*, practice handout, sections 1–3.
 # - S. Thrun, W. Burgard, D. Fox, *Probabilistic Robotics*, MIT Press 2005, section 3.2 (Kalman filter).

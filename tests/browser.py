@@ -209,11 +209,26 @@ class Page:
         self.page.keyboard.insert_text(source)
 
     def run(self, *ids):
+        """Run cells one after the other, each until it is done."""
         for id in ids:
-            self.cell(id).locator(".cm-content").click()
-            self.page.keyboard.press("Control+Enter")
-        for id in ids:
+            for _ in range(5):  # an output that arrives moves the cells, and a click then misses
+                was = self._prompt(id)
+                self.cell(id).locator(".cm-content").click()
+                self.page.keyboard.press("Control+Enter")
+                if self._changes(id, was, seconds=4):
+                    break
             self.wait_run(id)
+
+    def _prompt(self, id):
+        return self.cell(id).locator(".jp-InputArea-prompt").inner_text()
+
+    def _changes(self, id, was, seconds):
+        end = time.monotonic() + seconds
+        while self._prompt(id) == was:
+            if time.monotonic() > end:
+                return False
+            self.page.wait_for_timeout(20)
+        return True
 
     def run_all(self):
         self.page.get_by_role("menuitem", name="Run", exact=True).click()

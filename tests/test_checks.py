@@ -114,7 +114,8 @@ def test_a_sequential_filter_with_a_known_mistake():
 def test_unknown_mistakes_show_numbers_and_a_hint():
     text = kf("K @ innovation", "K @ innovation * 1.1")
     assert "Pk_k is right, so look at the innovation" in text
-    assert "before xk_k = [0.4, -0.7]" in text and "call update([Landmark([2.95, -0.95], id=2)])" in text
+    assert "before xk_k = [0.4, -0.7]" in text and "R = [[0.16, 0.08], [0.08, 0.36]]" in text
+    assert "call update([Landmark([2.95, -0.95], id=2)])" in text
     assert "expected xk_k = [0.1235, -0.6634]" in text and "came xk_k = [0.09583, -0.6597]" in text
     assert "xk_k is right, so look at the line that sets Pk_k" in kf("+ self.Q", "+ 3 * self.Q")
     assert "times the expected value" in str(failure("cartesian-repeat", [("np.eye(p), R", "np.eye(p), 7 * R")]))
@@ -123,6 +124,11 @@ def test_unknown_mistakes_show_numbers_and_a_hint():
     assert "should be a text" in str(failure("mismatch-verdict", [('"consistent"', "0")]))
     order = failure("cartesian-stack", [("return seen, expected", "return seen[::-1], expected")])
     assert "in another order" in str(order)
+
+
+def test_a_single_number_is_no_multiple_of_another():
+    text = str(failure("mismatch-nees", [("e @ np.linalg.solve(P, e)", "e @ e / np.linalg.det(P)")]))
+    assert "Perhaps" not in text and "times the expected" not in text
 
 
 SHAPES = [
@@ -167,6 +173,53 @@ def test_exceptions_get_advice_and_the_students_own_line(old, new, kind, advice)
     assert kind in text and advice in text
     line = text[text.rindex("cell 'answer'") :]
     assert new.split(";")[-1].strip() in line and "labkit" not in line
+
+
+NAMES = [
+    ("self.map.index", "map.index", "range-bearing-kf", "yours is `self.map`"),
+    ("p = len(y)", "p = len(y); stack(y, self.map, self.xk_k)", "range-bearing-kf", "written in lab 1's notebook"),
+    ("self.map[self.map.index(lm)]", "self.map[lm.id + 9]", "range-bearing-kf", "a landmark's id is its name"),
+    ("return longest", "return count[99]", "mismatch-dark", "positions count from 0"),
+]
+
+
+@pytest.mark.parametrize("old, new, name, advice", NAMES)
+def test_names_and_positions_get_the_advice_that_fits(old, new, name, advice):
+    assert advice.lower() in " ".join(str(failure(name, [(old, new)])).split()).lower()
+
+
+def test_an_interrupted_check_says_where_it_was(capsys):
+    text = kf("p = len(y)", "p = len(y); raise KeyboardInterrupt")
+    assert "still running when it was stopped" in text and "cell 'answer', in update, line" in text
+    assert len(str(failure("mismatch-dark", [("return longest", "raise KeyboardInterrupt")])).splitlines()) == 3
+
+
+NEWEST = [
+    ("class KF:\n    def update(self, y)\n", True),
+    ("class KF:\nreturn 1", True),
+    ("x = 1\n  class KF: pass", True),
+    ("class KFold(:", False),
+    ("%%time\nclass KF: pass", False),
+    ("!ls\nclass KF: pass\nawait f()", False),
+]
+
+
+@pytest.mark.parametrize("cell, broken", NEWEST)
+def test_a_newer_answer_that_is_no_python_is_told(cell, broken, monkeypatch, capsys):
+    import IPython
+    from IPython.core.interactiveshell import InteractiveShell
+
+    shell = InteractiveShell()
+    for raw in ("class KF: pass", cell, "check('cartesian-kf', KF)"):
+        try:
+            shell.history_manager.store_inputs(1, shell.transform_cell(raw), raw)
+        except SyntaxError:
+            shell.history_manager.store_inputs(1, raw, raw)
+    monkeypatch.setattr(IPython, "get_ipython", lambda: shell)
+    if broken:
+        assert "the one before it" in failure("cartesian-kf", ()).summary
+    else:
+        check("cartesian-kf", subject("cartesian-kf"))
 
 
 CHANGES = [

@@ -185,6 +185,21 @@ def test_load_answer_of_an_unfilled_notebook_complains_only_when_used(tmp_path):
         kf.predict([0, 0])
 
 
+def test_load_answer_tells_if_its_check_does_not_pass_yet(tmp_path, capsys, monkeypatch):
+    def told(*edits, **options):
+        save(tmp_path / f"{LAB1}.ipynb", released(LAB1, *edits, **options))
+        load_answer(LAB1, "KF", tmp_path)
+        return capsys.readouterr().out
+
+    assert told() == ""
+    text = told(("seen - expected", "expected - seen"))
+    assert text.startswith("Your `KF` from lab 1 does not pass its check yet: The correction points the wrong way")
+    assert text.endswith("Finish it there, save it (Ctrl+S), and run this cell again.\n")
+    assert "yet: `it` is still to be written.\n" in told(fill=False)
+    monkeypatch.setattr(notebook, "SECONDS", 0.5)
+    assert "yet: It was still running when" in told(("p = len(y)", "p = len(y)\n        while p: pass"))
+
+
 def test_load_answer_says_what_to_do(tmp_path):
     with pytest.raises(AnswerMissing, match=r"Fill in `KF` in lab 1 first.*Ctrl\+S.*again"):
         load_answer(LAB1, "KF", tmp_path)

@@ -4,7 +4,7 @@ from labkit.checkspec import Check, Mistake, Right
 
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
-from .in_update import K, P, update_mistakes
+from .in_update import JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 
 R = [[0.04, 0.02], [0.02, 0.09]]
@@ -65,10 +65,9 @@ OLD_P = "P = self.Pk_k\n" + ONE + STEP.replace("H @ self.Pk_k", "H @ P").replace
 
 # fmt: off
 RIGHT = [
-    Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"),
-                      (P, "self.Pk_k = (np.eye(2) - K @ H) @ self.Pk_k")]),
+    Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"), (P, SHORT)]),
     Right("pinv", [(K, "K = np.dot(np.dot(self.Pk_k, H.T), np.linalg.pinv(S))")]),
-    Right("joseph", [(P, f"A = np.eye(2) - K @ H\n        self.Pk_k = A @ self.Pk_k @ A.T + K @ {BLOCKS} @ K.T")]),
+    Right("joseph", [(P, JOSEPH.format(BLOCKS))]),
     Right("both signs", [("seen - expected", "expected - seen"), ("-np.eye(2)", "np.eye(2)")]),
     Right("information form", with_update(INFORMATION)),
     Right("sequential", with_update(ONE + STEP)),

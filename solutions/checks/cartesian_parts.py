@@ -30,6 +30,9 @@ EXPECTED_MISTAKES = [
             [(FIND, "m[m.index(lm)].p for lm in y")]),
     Mistake("robot-added", "The expected measurement is landmark plus robot: it must be landmark minus robot.",
             [(FIND, "m[m.index(lm)] + x for lm in y")]),
+    Mistake("expected-from-seen", "What is expected comes from the map, not from the measurement: find the landmark "
+            "of the map that `lm` is, and take its place minus x.",
+            [(FIND, "lm - x for lm in y")]),
     Mistake("by-place-in-y", "The j-th landmark in y is taken for the j-th of the map. y holds only what is in "
             "view, in any order: find each landmark of the map by its name (`==` or `m.index`).",
             [(FIND, "m[j] - x for j in range(len(y))")]),
@@ -42,6 +45,9 @@ STACK_MISTAKES = [
     Mistake("map-order", "What was seen is stacked in the order of y, what is expected in the order of the map: "
             "both need the same.",
             [(FIND, "k - x for k in m if k in y")]),
+    Mistake("expected-is-seen", "What is expected is a copy of what was seen: it comes from the map. Find the landmark "
+            "of the map that `lm` is, and take its place minus x.",
+            [(FIND, "lm.p for lm in y")]),
     Mistake("swapped", "The two results are swapped: first what was seen, then what is expected.",
             [(RETURN, "return expected, seen")]),
     Mistake("not-flat", "The results are tables (p, 2), one row a landmark: stack them into one long vector (2p,).",

@@ -4,6 +4,9 @@ from labkit.checkspec import Mistake
 
 GUARD = "        if not y:\n            return\n"
 K = "K = np.linalg.solve(S, H @ self.Pk_k).T"
+SHORT = "self.Pk_k = (np.eye(2) - K @ H) @ self.Pk_k"
+JOSEPH = "A = np.eye(2) - K @ H\n        self.Pk_k = A @ self.Pk_k @ A.T + K @ {} @ K.T"
+TALL = K.removesuffix(".T")
 X = "self.xk_k = self.xk_k + K @ innovation"
 P = "self.Pk_k = self.Pk_k - K @ S @ K.T"
 
@@ -30,7 +33,7 @@ def _flow():
                 [(X, "pass"), (P, "pass")],
                 [(X, "x = self.xk_k + K @ innovation"), (P, "P = self.Pk_k - K @ S @ K.T")]),
         Mistake("x-not-corrected", "`update` sets a new covariance but leaves the estimate as it was: is the "
-                "corrected position assigned to `self.xk_k`?",
+                "corrected position assigned to `self.xk_k`? Or is the innovation always 0?",
                 [(X, "self.xk_k + K @ innovation")]),
         Mistake("p-not-updated", "`update` leaves the covariance as it was: a measurement makes the position more "
                 "certain.",
@@ -129,6 +132,8 @@ def _gain(blocks):
         Mistake("gain-transposed", "The gain is transposed: K has two rows, one for each coordinate of the robot, "
                 "and 2p columns.",
                 [("K @ innovation", "K.T @ innovation")]),
+        Mistake("gain-not-transposed", "K has to be (2, 2p): `solve(S, H P)` gives its transpose, add `.T`.",
+                *([(K, TALL), (P, new)] for new in (P, SHORT, JOSEPH.format(blocks), "self.Pk_k = self.Pk_k - K @ H"))),
         Mistake("x-replaced", "The correction replaces the estimate: K times the innovation is added to the "
                 "prediction.",
                 [(X, "self.xk_k = K @ innovation")]),
@@ -153,6 +158,9 @@ def _result(blocks):
                 [(P, "self.Pk_k = K @ S @ K.T")]),
         Mistake("p-without-p", "P is missing in the new covariance: it is (I - K H) P, not I - K H.",
                 [(P, "self.Pk_k = np.eye(2) - K @ H")]),
+        Mistake("p-minus-kh", "K H is not a covariance: what the measurement takes away from P is K H P (or K S "
+                "K').",
+                [(P, "self.Pk_k = self.Pk_k - K @ H")]),
         Mistake("p-half-joseph", "The second half of the Joseph form is missing: (I - K H) P (I - K H)' + K R K'.",
                 [(P, "A = np.eye(2) - K @ H\n        self.Pk_k = A @ self.Pk_k @ A.T")]),
         Mistake("p-r-for-s", "The covariance is updated with K R K': it is P - K S K', with S = H P H' + R.",

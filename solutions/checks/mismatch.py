@@ -17,7 +17,7 @@ def nees_case(id, title, *args):
 
 
 NEES = [
-    nees_case("diagonal", "a covariance without correlation", [1.0, 2.0], [0.7, 2.5], [[0.09, 0.0], [0.0, 0.25]]),
+    nees_case("diagonal", "a covariance without correlation", [1.0, 2.0], [0.8, 2.6], [[0.09, 0.0], [0.0, 0.25]]),
     nees_case("full", "a correlated covariance", [1.0, 2.0], [0.4, 2.7], [[0.5, 0.2], [0.2, 0.3]]),
     nees_case("small", "a filter that is very sure", [-2.0, 0.5], [-1.9, 0.53], [[0.004, -0.001], [-0.001, 0.002]]),
     nees_case("exact", "an estimate without error", [1.0, 2.0], [1.0, 2.0], [[0.5, 0.2], [0.2, 0.3]]),
@@ -42,6 +42,8 @@ NEES_MISTAKES = [
             [(SOLVE, "np.linalg.inv(P) @ e")], [(SOLVE, "np.outer(e, e) @ np.linalg.inv(P)")]),
     Mistake("distance", "This is the squared distance: P is missing.",
             [(SOLVE, "e @ e")]),
+    Mistake("trace", "The error is divided by the trace of P, one number for all directions: it is e' P^-1 e.",
+            [(SOLVE, "e @ e / np.trace(P)")]),
     Mistake("mean", "The result is halved: the NEES is the whole sum (its mean for an honest filter is 2).",
             [(SOLVE, f"{SOLVE} / 2")]),
     Mistake("x-only", "The error is missing: use truth - x.",

@@ -3,7 +3,7 @@
 from labkit.checkspec import Check, Mistake, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
-from .in_update import K, P, update_mistakes
+from .in_update import JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
@@ -42,6 +42,8 @@ WRAP = "innovation[1::2] = wrap(innovation[1::2])"
 FIND = "self.map[self.map.index(lm)]"
 BLOCKS = "np.kron(np.eye(p), self.R)"
 H = "np.vstack([jacobian(self.xk_k, k) for k in known])"
+HX, SEEN_HX = "h(self.xk_k, k) for lm, k in zip(y, known)", "h(self.xk_k, lm) for lm in y"
+SEEN_H = "np.vstack([jacobian(self.xk_k, lm) for lm in y])"
 INFORMATION = """
 A, b = np.linalg.inv(self.Pk_k), np.zeros(2)
 for lm in y:
@@ -90,10 +92,9 @@ OLD_P = "P = self.Pk_k\n" + ONE + STEP.replace("H @ self.Pk_k", "H @ P").replace
 
 # fmt: off
 RIGHT = [
-    Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"),
-                      (P, "self.Pk_k = (np.eye(2) - K @ H) @ self.Pk_k")]),
+    Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"), (P, SHORT)]),
     Right("pinv", [(K, "K = np.dot(np.dot(self.Pk_k, H.T), np.linalg.pinv(S))")]),
-    Right("joseph", [(P, f"A = np.eye(2) - K @ H\n        self.Pk_k = A @ self.Pk_k @ A.T + K @ {BLOCKS} @ K.T")]),
+    Right("joseph", [(P, JOSEPH.format(BLOCKS))]),
     Right("both signs", [("lm.p - h(self.xk_k, k)", "h(self.xk_k, k) - lm.p"), (H, "-" + H)]),
     Right("sequential", with_update(ONE + STEP), other=True),
     Right("map order", with_update(MAP_ORDER + STEP), other=True),
@@ -134,6 +135,9 @@ MISTAKES = [
             [(H_LINES, H_LINES.replace("landmark - x", "x - landmark")), (J_LINES, "dx, dy = x - landmark\n    r =")]),
     Mistake("seen-only", "The innovation is what was seen; subtract what h predicts from the estimated position.",
             [("lm.p - h(self.xk_k, k)", "lm.p + 0 * self.xk_k")]),
+    Mistake("expected-from-seen", "What is expected comes from the map, not from the measurement: h and jacobian want "
+            "the landmark of the map, not `lm` from `y`.",
+            [(HX, SEEN_HX)], [(H, SEEN_H)], [(HX, SEEN_HX), (H, SEEN_H)]),
     Mistake("r-order", "The variances of R are taken in the order (bearing, range): a measurement is (range, "
             "bearing).",
             [(BLOCKS, "np.kron(np.eye(p), self.R[::-1, ::-1])")]),
@@ -173,6 +177,7 @@ MISTAKES = [
 
 CHECKS = [
     Check("range-bearing-kf", LAB, "KF", "filter", SCENARIOS, RIGHT,
-          CONSTRUCTOR + PREDICT + H_MISTAKES + JACOBIAN_MISTAKES[1:] + MISTAKES
+          CONSTRUCTOR + PREDICT + H_MISTAKES + JACOBIAN_MISTAKES[2:]  # h-from-cartesian and sign stand for the first
+          + MISTAKES
           + update_mistakes(BLOCKS, H, "jacobian(self.xk_k, known[0])", H.replace("vstack", "hstack"))),
 ]

@@ -65,6 +65,9 @@ H_MISTAKES = [
 ROWS = "[[-dx / r, -dy / r], [dy / r**2, -dx / r**2]]"
 
 JACOBIAN_MISTAKES = [
+    Mistake("jacobian-from-cartesian", "-I is lab 1's H: here the measurement is (range, bearing), and its derivative "
+            "depends on where the landmark is.",
+            [(f"np.array({ROWS})", "-np.eye(2)")]),
     Mistake("jacobian-sign", "All entries of the Jacobian have the wrong sign: it is the derivative by the robot's "
             "position, and the landmark's distance shrinks when the robot moves toward it.",
             [(ROWS, "[[dx / r, dy / r], [-dy / r**2, dx / r**2]]")]),
@@ -91,6 +94,12 @@ JACOBIAN_MISTAKES = [
             "by x holds dy, that by y holds dx.",
             [("dy / r**2, -dx / r**2", "-dx / r**2, dy / r**2")],
             [("dy / r**2, -dx / r**2", "dx / r**2, dy / r**2")]),
+    Mistake("range-columns", "The two entries of the range row have changed places: the range's derivative by x holds "
+            "dx, that by y holds dy.",
+            [("-dx / r, -dy / r", "-dy / r, -dx / r")]),
+    Mistake("jacobian-degrees", "The bearing row of the Jacobian is in degrees: it must be in radians, like the "
+            "bearing.",
+            [("[dy / r**2, -dx / r**2]", "np.degrees([dy / r**2, -dx / r**2])")]),
     Mistake("jacobian-transposed", "The Jacobian is transposed: a row for each of (range, bearing), a column for "
             "each of x and y.",
             [(f"np.array({ROWS})", f"np.array({ROWS}).T")]),
