@@ -180,7 +180,8 @@ for name, q, r in [("the truth", 1, 1), *lies]:
     inside = 100 * metrics.inside(history, log).mean()
     mean_nees = metrics.nees(history, log).mean()
     mean_nis, half = metrics.mean_nis(history, log), metrics.semi_axis(history)[80]
-    print(f"{name:10s}{rmse:15.3f}{inside:14.0f} %{mean_nees:8.1f}{mean_nis:12.2f}{half:20.2f}")
+    print(f"{name:10s}{rmse:15.3f}{inside:14.0f} %{mean_nees:8.1f}", end="")
+    print(f"{mean_nis:12.2f}{half:20.2f}")
 
 # %% [markdown]
 # Try everything in between with the sliders. Watch the third panel: it is the NIS, the one you would also have on a real robot.
