@@ -28,10 +28,7 @@ def load(robot, dataset=7, **kw):
     if folder:
         return read(folder, robot, **kw)
     log = read(mrclam_example.folder(), robot, **kw)
-    note = (
-        f"simulated, because there is no MRCLAM_Dataset{dataset} in {datasets.folder()}; "
-        f"`labkit data PATH` takes in a downloaded one. {PUBLISHED}"
-    )
+    note = f"simulated, as there is no MRCLAM_Dataset{dataset} here (`labkit data` says where it goes)"
     return replace(log, name=f"simulated log in MRCLAM format, robot {robot}", notes=(note, *log.notes))
 
 

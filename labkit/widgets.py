@@ -34,7 +34,8 @@ class Screen:
     """A picture, or the sentence that says why there is none."""
 
     def __init__(self):
-        self.image = w.Image(format="jpeg", layout=w.Layout(max_width="100%"))
+        # align_self: a column would stretch the picture to its width.
+        self.image = w.Image(format="jpeg", layout=w.Layout(max_width="100%", align_self="flex-start"))
         self.text = w.HTML()
 
     def show(self, jpeg, text):

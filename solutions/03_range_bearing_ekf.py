@@ -120,8 +120,7 @@ print(f"wrapped difference {np.rad2deg(wrap(seen - expected)):7.1f}°")
 # %% [markdown]
 # A filter that believes in −358° jumps across the map. So every *difference* of bearings is wrapped into (−π, π], with `wrap` from the kit. Ranges are
 # not: 4 m is not an angle.
-
-# %% [markdown]
+#
 # ## 4. The filter
 #
 # Prediction is as in lab 1. The update has the same five lines, with three changes: the expected measurement is $h(\hat x)$, its bearing innovation

@@ -114,7 +114,7 @@ ALSO_TOLD = {
 @pytest.mark.parametrize("lab", LABS)
 def test_the_shape_of_a_lab(lab):
     notebook = student(lab)
-    assert 25 <= len(notebook.cells) <= 42
+    assert 25 <= len(notebook.cells) <= 41
     assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
     answers = [cell for cell in notebook.cells if cell.metadata.labkit == "answer" and cell.cell_type == "code"]
     assert 3 <= len(answers) <= 5

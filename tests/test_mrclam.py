@@ -322,11 +322,10 @@ def test_what_is_written_is_read_back(tmp_path):
 
 def test_without_the_real_data_there_is_a_simulated_log_that_says_so(tmp_path, monkeypatch):
     monkeypatch.setenv("LABKIT_DATA", str(tmp_path))
-    began = time.perf_counter()
     log = mrclam.load(2, start=200, duration=120)
-    assert time.perf_counter() - began < 3
     assert log.name == "simulated log in MRCLAM format, robot 2"
-    assert log.notes[0].startswith("simulated, because there is no MRCLAM_Dataset7 in " + str(tmp_path))
+    assert "no MRCLAM_Dataset7" in log.notes[0] and "labkit data" in log.notes[0]
+    assert str(tmp_path) not in "".join(log.notes)  # it is printed in notebooks that are passed on
     assert len(log) == 1200 and log.map.ids == list(range(6, 21))
     (tmp_path / "MRCLAM_Dataset7").mkdir()
     write_set(tmp_path / "MRCLAM_Dataset7", tables())
