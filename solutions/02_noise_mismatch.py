@@ -155,9 +155,10 @@ print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m"
 # **Before you run it:** which of the three filters will be above its bounds, and which below?
 
 # %%
+factors = [0.01, 1, 100]
+histories = [replay(make_filter(KF, log, R=factor * R), log) for factor in factors]
 fig, axes = plt.subplots(1, 3, figsize=(11, 4.0), layout="constrained", sharey=True)
-for ax, factor in zip(axes, [0.01, 1, 100]):
-    history = replay(make_filter(KF, log, R=factor * R), log)
+for ax, factor, history in zip(axes, factors, histories):
     ConsistencyPanel(ax, 40, "nis").show(log, history)
     ax.set_title(f"told {factor:g} × R: mean {metrics.mean_nis(history, log):.2f}")
     ax.label_outer()
@@ -245,12 +246,18 @@ def run(seed):
 
 
 logs = [run(seed) for seed in range(60)]
-fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
-for ax, factor in zip(axes, [0.5, 1, 2]):
+def all_nees(factor):
+    """NEES (runs, N+1) of your filter over all runs, told this factor of R."""
     values = []
     for one in progress(logs, f"runs told {factor:g} R"):
         values.append(metrics.nees(replay(make_filter(KF, one, R=factor * R), one), one))
-    plot_mean_nees(ax, one.times, values)
+    return values
+
+
+told = {factor: all_nees(factor) for factor in [0.5, 1, 2]}
+fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+for ax, (factor, values) in zip(axes, told.items()):
+    plot_mean_nees(ax, log.times, values)
     verdicts = [verdict(v, len(logs)) for v in np.mean(values, axis=0)]
     most = max(set(verdicts), key=verdicts.count)
     ax.set(title=f"told {factor:g} × R: {most}", ylim=(0, 6))

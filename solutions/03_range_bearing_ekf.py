@@ -218,12 +218,12 @@ for k in range(40):
 log = simulate(Robot((2, -2), Q, R_xy, rng=1), random_map(8, rng=1))
 polar = log.seen_by("rb", R_rb, rng=1)
 
+runs = [
+    ("Cartesian", log, replay(make_filter(CartesianKF, log), log)),
+    ("range and bearing", polar, replay(make_filter(KF, polar), polar)),
+]
 fig, axes = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
-for ax, name, Filter, seen in [
-    (axes[0], "Cartesian", CartesianKF, log),
-    (axes[1], "range and bearing", KF, polar),
-]:
-    history = replay(make_filter(Filter, seen), seen)
+for ax, (name, seen, history) in zip(axes, runs):
     MapPanel(ax, limits(log), title=name).show(seen, history, ellipses=40)
     short, long = np.sqrt(np.linalg.eigvalsh(history.P[1:])).T
     print(f"{name}: {metrics.summary(history, seen)}")

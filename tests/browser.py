@@ -116,12 +116,14 @@ class Server:
             f"JUPYTER_{kind}_DIR": str(self.home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")
         }
         own |= {f"JUPYTERLAB_{kind}_DIR": str(self.home / kind.lower()) for kind in ("SETTINGS", "WORKSPACES")}
+        # Kernels choose their own backend, and which data set they read is ours to say.
+        inherited = {k: v for k, v in os.environ.items() if k not in ("MPLBACKEND", "LABKIT_DATA")}
         self.log = open(self.home / "log", "wb")
         self.process = subprocess.Popen(
             [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--ServerApp.root_dir=.",
              f"--port={self.url.rpartition(':')[2]}", "--ServerApp.port_retries=0", "--IdentityProvider.token=lab"],
             cwd=self.root, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
-            env={**os.environ, **own, "IPYTHONDIR": str(self.home / "ipython"), **variables},
+            env={**inherited, **own, "IPYTHONDIR": str(self.home / "ipython"), **variables},
             start_new_session=True,
         )  # fmt: skip
 
@@ -239,5 +241,30 @@ class Page:
         prompt = self.cell(id).locator(".jp-InputArea-prompt")
         self.page.wait_for_function("prompt => /\\d/.test(prompt.textContent)", arg=prompt.element_handle())
 
+    def wait_run_all(self):
+        """Return when nothing is left to run, the last cell with code having been the last to start."""
+        self.page.wait_for_function(
+            "() => [...document.querySelectorAll('.jp-CodeCell .jp-InputArea-prompt')]"
+            ".every(prompt => /\\d/.test(prompt.textContent))"
+        )
+
+    def pixels(self, image):
+        """What an <img> shows, as text: its address changes with each picture, this only with its look."""
+        return image.evaluate(f"image => ({PIXELS})(image)")
+
+    def wait_pixels(self, image, old, same=False):
+        """Return when an <img> looks different from what it was (or the same again)."""
+        self.page.wait_for_function(
+            f"async ([image, old, same]) => (await ({PIXELS})(image) === old) === same",
+            arg=[image.element_handle(), old, same],
+        )
+
     def close(self):
         self.page.close()
+
+
+PIXELS = """async image => {
+  await image.decode();
+  const bytes = await (await fetch(image.src)).arrayBuffer();
+  return new TextDecoder('latin1').decode(bytes);
+}"""

@@ -1,7 +1,6 @@
 """Real logs: small files with known contents, every fault seen in the field, and set 7 where it is found."""
 
 import os
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -429,9 +428,7 @@ def residuals(log):
 
 def test_the_real_barcodes_gaps_and_speed():
     folder = set7()
-    began = time.perf_counter()
     log = mrclam.read(folder, 3)
-    assert time.perf_counter() - began < 1
     assert "9 measurements with unknown barcodes 34, 52 left out" in log.notes
     assert "965 measurements of other robots left out" in log.notes
     # Right barcodes: what is measured agrees with where robot and landmarks are, to a few decimetres.
