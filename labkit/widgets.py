@@ -34,8 +34,10 @@ class Screen:
     """A picture, or the sentence that says why there is none."""
 
     def __init__(self):
-        # align_self: a column would stretch the picture to its width.
-        self.image = w.Image(format="jpeg", layout=w.Layout(max_width="100%", align_self="flex-start"))
+        # align_self: a column would stretch the picture to its width.  margin: the 2 px around every
+        # widget would come on top of the 100 % and call for a scroll bar.
+        layout = w.Layout(max_width="100%", align_self="flex-start", margin="0")
+        self.image = w.Image(format="jpeg", layout=layout)
         self.text = w.HTML()
 
     def show(self, jpeg, text):

@@ -41,8 +41,9 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def server(browser):
-    with jupyterlab(theme="Dark") as running:  # where colours that cannot be read would show
+def server(browser, tmp_path_factory):
+    """In the dark theme, where colours that cannot be read would show; without the big data set."""
+    with jupyterlab(theme="Dark", LABKIT_DATA=str(tmp_path_factory.mktemp("no data"))) as running:
         yield running
 
 
@@ -68,6 +69,7 @@ def move_by_keyboard(page, id, presses=8):
     """Arrow keys on the first slider of a cell, there and back; the text before and in between."""
     output = page.output(id)
     image, text = output.locator("img").first, output.locator(".widget-html").last
+    page.wait_pixels(image, "")
     pixels, words = page.pixels(image), text.inner_text()
     output.locator(".noUi-handle").first.focus()
     for _ in range(presses):
