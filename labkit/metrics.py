@@ -108,7 +108,7 @@ def summary(history, log):
     share = 100 * inside(history, log)[known].mean()
     error = rmse(history, log)
     return (
-        (f"position RMSE {error:.2f} m" if error < 100 else "the estimate runs away: run the check of KF")
-        + f" · inside 3σ in {share:.0f} % of the steps · mean NEES {np.nanmean(nees(history, log)):.3g} (2 is consistent) · "
-        + ("never inside for 10 steps" if steps is None else f"inside to stay from step {steps}")
+        (f"RMSE {error:.2f} m" if error < 100 else "the estimate runs away: run the check of KF")
+        + f" · inside 3σ in {share:.0f} % of steps · mean NEES {np.nanmean(nees(history, log)):.3g} (2 is consistent) · "
+        + ("never stays inside" if steps is None else f"stays inside from step {steps}")
     )

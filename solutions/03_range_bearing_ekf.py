@@ -226,7 +226,7 @@ fig, axes = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
 for ax, (name, seen, history) in zip(axes, runs):
     MapPanel(ax, limits(log), title=name).show(seen, history, ellipses=40)
     short, long = np.sqrt(np.linalg.eigvalsh(history.P[1:])).T
-    print(f"{name}: {metrics.summary(history, seen)}")
+    print(f"{name}:\n   {metrics.summary(history, seen)}")
     print(f"   long axis over short axis: median {np.median(long / short):.2f},", end=" ")
     print(f"largest {np.max(long / short):.2f}")
 plt.show()
