@@ -123,7 +123,8 @@ class ScenePanel:
     """One moment, drawn with the handout's signs.
 
     Black stars: the map.  Blue + and dashed blue circle: the robot and how far it sees.  Blue stars:
-    what it measured.  Red + and red ellipse: the estimate and its 3-sigma ellipse.
+    what it measured.  Orange-red + and ellipse: the estimate and its 3-sigma ellipse
+    (the handout's red, in the shade that colour-blind readers tell from the rest).
     """
 
     def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1)):

@@ -35,7 +35,7 @@
 # A *covariance* is a variance for several numbers at once: variances on the diagonal, and beside it how much two of them err together.
 # Its square root is the standard deviation σ.
 #
-# Two remarks on names. `xk_k` is the handout's $\\hat x_{k|k}$: the estimate at step k after the measurements of step k. And `Q` and `R` are told
+# Two remarks on names. `xk_k` is the handout's $\hat x_{k|k}$: the estimate at step k after the measurements of step k. And `Q` and `R` are told
 # *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from section 4 on, they are those of *one step*.
 
 # %% id="setup" tags=["setup"]
