@@ -68,13 +68,24 @@ def source(script):
         if cell.id in ids:
             raise Drifted(f"{script.name}: two cells have the id '{cell.id}'")
         ids.add(cell.id)
-        cell.metadata["labkit"] = next((role for role in ROLES if role in tags), kind)
+        cell.metadata["labkit"] = role = next((role for role in ROLES if role in tags), kind)
+        if role == "answer" or "points" in cell.metadata:
+            cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
     notebook.nbformat, notebook.nbformat_minor = 4, 5
     notebook.metadata = nbformat.from_dict({
         "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
         "language_info": {"name": "python"},
     })  # fmt: skip
     return notebook
+
+
+def _graded(cell, role, points):
+    """What a cell counts, in nbgrader's schema: an answer of text is marked by hand, a check by itself."""
+    marks = {
+        "schema_version": 3, "grade_id": cell.id, "cell_type": cell.cell_type, "task": False,
+        "grade": points is not None, "solution": role == "answer", "locked": role != "answer",
+    }  # fmt: skip
+    return marks | ({"points": points} if points is not None else {})
 
 
 def student(notebook):

@@ -30,8 +30,9 @@ NEWEST_IS_BROKEN = (
 class CheckFailed(Told):
     """A check that did not pass: its text is the report, `summary` the sentence that matters most."""
 
-    def __init__(self, name, summary, details=(), passed=""):
+    def __init__(self, name, summary, details=(), passed="", mistake=""):
         self.name, self.summary, self.details = name, summary, list(details)
+        self.mistake = mistake  # the known mistake that was recognised for sure, or ''
         super().__init__("\n".join([f"{name}: {passed or 'not passed.'}", *fold(summary), *self.details]))
 
     @property
@@ -46,28 +47,43 @@ def check(name, subject):
     if newest_is_broken(data["subject"]):
         raise CheckFailed(name, NEWEST_IS_BROKEN)
     passed, notes = judge(data, subject)
-    print(f"{name}: all {len(passed)} checks passed." if len(passed) > 1 else f"{name}: passed.")
-    for s in passed:
-        print(f"  ok  {s['title']}")
+    print(success(name, passed))
     for s in notes:
         print("\n".join(fold(f"Note: {s['advice']}")))
 
 
+def success(name, passed):
+    """What is printed when all of these scenarios passed."""
+    first = f"{name}: all {len(passed)} checks passed." if len(passed) > 1 else f"{name}: passed."
+    return "\n".join([first, *(f"  ok  {s['title']}" for s in passed)])
+
+
 def judge(data, subject):
     """The scenarios that `subject` passed, and those whose advice it needs; raises CheckFailed."""
+    return decide(data, observe(data, subject))
+
+
+def observe(data, subject):
+    """{scenario id: Trace} of `subject`; needs only the inputs in `data`. Raises CheckFailed if there is none."""
     name, problem = data["name"], unfit(data, subject)
     if problem:
         raise CheckFailed(name, problem)
     try:
-        traces = steady_traces(data, subject)
+        return steady_traces(data, subject)
     except KeyboardInterrupt as error:
         raise CheckFailed(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
+
+
+def decide(data, traces):
+    """Compare traces with the right ones in `data`: as `judge`."""
+    name = data["name"]
     right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
     must = [s for s in data["scenarios"] if "advice" not in s]
     failed = [s for s in must if right[s["id"]][0] > 1]
     if failed:
         passed = f"{len(must) - len(failed)} of {len(must)} checks passed."
-        raise CheckFailed(name, *diagnosis(data, failed, traces, right), passed)
+        summary, lines, mistake = diagnosis(data, failed, traces, right)
+        raise CheckFailed(name, summary, lines, passed, mistake)
     return must, [s for s in data["scenarios"] if right[s["id"]][0] > 1]
 
 
@@ -154,7 +170,7 @@ def _unsteady(data, before, after):
 
 
 def diagnosis(data, failed, traces, right):
-    """(summary, detail lines) of the failed scenarios: what to fix first, and what else is known."""
+    """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
     named = identify({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
     first = failed[0]
     trace, (_, expected) = traces[first["id"]], right[first["id"]]
@@ -166,7 +182,8 @@ def diagnosis(data, failed, traces, right):
         if stop and stop.kind == "NotImplementedError":
             others += [todo(stop)] if todo(stop) != summary else []
             break
-    return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")]
+    mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
+    return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
 
 
 def _say(mistake, sure):

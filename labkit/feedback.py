@@ -35,7 +35,7 @@ def explain(error):
 def own_line(error):
     """'in update, line 12:  S = H @ P' for the deepest frame of the student's code, or ''."""
     if isinstance(error, SyntaxError):
-        place = f"{error.filename}, " if _is_cell(error.filename or "") else ""
+        place = f"{error.filename}, " if is_cell(error.filename or "") else ""
         return f"{place}line {error.lineno}:  {(error.text or '').strip()}" if error.lineno else ""
     found, tb = [], error.__traceback__
     while tb is not None:
@@ -57,19 +57,19 @@ def running_line(frame):
 
 def _line(frame, number):
     code = frame.f_code
-    cell = f"{code.co_filename}, " if _is_cell(code.co_filename) else ""
+    cell = f"{code.co_filename}, " if is_cell(code.co_filename) else ""
     method = "" if code.co_name.startswith("<") else f"in {code.co_name}, "
     text = linecache.getline(code.co_filename, number, frame.f_globals).strip()
     return f"{cell}{method}line {number}:  {text}"
 
 
-def _is_cell(filename):
+def is_cell(filename):
     """Whether code was compiled by labkit.cells, which calls its files like "cell 'answer-kf'"."""
     return re.search(r"(^|, )cell ('.*'|\d+)$", filename) is not None
 
 
 def _is_library(filename):
-    if _is_cell(filename):
+    if is_cell(filename):
         return False
     path = os.path.realpath(filename)
     return filename.startswith("<frozen") or any(

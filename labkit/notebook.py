@@ -58,17 +58,18 @@ def read(path):
         raise Unreadable(f"{path} does not exist.") from None
     except OSError as error:
         raise Unreadable(f"{path} cannot be opened: {error.strerror or error}.") from None
-    return cells_of(_parsed(raw, path), path)
+    return cells_of(parse(raw, path), path)
 
 
-def _parsed(raw, path):
+def parse(raw, path="The file", pairs=None):
+    """What the bytes of a notebook file hold; raises Unreadable. `pairs`: see `object_pairs_hook` of json."""
     if not raw.strip():
         raise Unreadable(f"{path} is empty.")
     if raw.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
         raise Unreadable(f"{path} starts with a byte order mark: save it again as UTF-8 without BOM.")
     try:
         text = raw.decode("utf-8").strip()
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=pairs)
     except UnicodeDecodeError:
         raise Unreadable(f"{path} is not UTF-8 text, so it is not a notebook.") from None
     except json.JSONDecodeError as error:
@@ -77,6 +78,8 @@ def _parsed(raw, path):
                 f"{path} ends in the middle: it was cut off when it was saved or sent."
             ) from None
         raise Unreadable(f"{path} is not a notebook: line {error.lineno} is not JSON.") from None
+    except ValueError:  # int() refuses more than some thousand digits
+        raise Unreadable(f"{path} is not a notebook: a number in it is too long.") from None
     except RecursionError:
         raise Unreadable(f"{path} is not a notebook: it is nested too deeply.") from None
 

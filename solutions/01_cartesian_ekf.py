@@ -139,7 +139,7 @@ def stack(y, m, x):
     ### END SOLUTION
 
 
-# %% id="check-stack" tags=["check"]
+# %% id="check-stack" tags=["check"] points=1 title="stack"
 check("cartesian-stack", stack)
 
 # %% [markdown]
@@ -168,7 +168,7 @@ def repeat_R(R, p):
     ### END SOLUTION
 
 
-# %% id="check-repeat" tags=["check"]
+# %% id="check-repeat" tags=["check"] points=1 title="repeat_R"
 check("cartesian-repeat", repeat_R)
 
 # %% [markdown]
@@ -248,7 +248,7 @@ class KF:
         ### END SOLUTION
 
 
-# %% id="check-kf" tags=["check"]
+# %% id="check-kf" tags=["check"] points=4 title="KF: single steps and a short drive"
 check("cartesian-kf", KF)
 
 # %% [markdown]
@@ -312,7 +312,7 @@ print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 # it so, and what should one ask for, besides being inside, before calling an estimate *good*? Say how fast the ellipse shrinks, and why it
 # stops shrinking.
 
-# %% [markdown] id="answer-q1" tags=["answer"]
+# %% [markdown] id="answer-q1" tags=["answer"] points=2 title="Question Q1"
 # ### BEGIN SOLUTION
 # No step at all: the truth is inside from step 0, since the start was honest. With $P = 3I$ the ellipse reaches out to 5.2 m, and the true
 # position (2, −2) is only 2.8 m away. Being inside is cheap when the ellipse is large; one must also ask for a small one.
@@ -321,6 +321,11 @@ print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 # that $K$ is almost −1: the estimate jumps to where the landmarks say. Then it sinks to about 0.4 m and stays, where each update takes away just
 # what $Q$ adds at each prediction. With more landmarks in view this balance is lower, with fewer it is higher.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q1" tags=["hidden"]
+# **Q1, 2 points.**
+# - 1 point: the truth is inside from the start, or after very few steps, *with the reason*: P = 3 I makes the ellipse large.
+# - 1 point: inside is not enough, the ellipse must also be small; or: what Q adds and the updates take away come into balance.
 
 # %% [markdown]
 # ## 8. Play with it
@@ -337,12 +342,93 @@ explore(KF, sliders=("Q", "R", "landmarks"))
 # ### Question
 # Set the number of landmarks to 3, then to 60. What happens to the ellipses along the path, and which line of `update` does it?
 
-# %% [markdown] id="answer-landmarks" tags=["answer"]
+# %% [markdown] id="answer-landmarks" tags=["answer"] points=2 title="Question on the number of landmarks"
 # ### BEGIN SOLUTION
 # With 60 landmarks the ellipses are small everywhere; with 3 they grow to metres wherever nothing is in view, since `predict` adds $Q$ at
 # each step and no `update` takes anything away. The line is $P \leftarrow P - KSK^\top$. Written with inverses, one step is
 # $P^{-1} \leftarrow P^{-1} + p\,R^{-1}$: each landmark adds its share of information, whatever its distance.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-landmarks" tags=["hidden"]
+# **Number of landmarks, 2 points.**
+# - 1 point: small ellipses with many, growing ones between sights with few.
+# - 1 point: names the line P - K S K' (each landmark in view takes something away; predict only adds).
+
+# %% [markdown] tags=["hidden"]
+# ## Graded checks
+#
+# They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
+
+# %% id="setup-exam" tags=["setup", "hidden"]
+import dataclasses
+
+from labkit.grading.examine import Exam
+
+exam = Exam("01_cartesian_ekf")
+check = exam.check
+Q, R = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, 0.2**2])  # as in section 1
+
+
+def drive(rng, landmarks=25, Q=Q, R=R, steps=160, range=2.5):
+    """A run with its own map, start and noise; landmarks: how many, or a Map."""
+    world = random_map(landmarks, rng=rng) if isinstance(landmarks, int) else landmarks
+    return simulate(Robot(rng.uniform(-2, 2, 2), Q, R, range=range, rng=rng), world, steps)
+
+
+# %% id="figure" tags=["hidden"]
+public = simulate(Robot((2, -2), Q, R, rng=1), random_map(25, rng=1))
+exam.figure(KF, public)
+
+# %% id="grade-stack" tags=["check", "hidden"] points=1 title="stack: many landmarks, in any order"
+rng = exam.rng()
+calls = []
+for n in (1, 6, 40):
+    world = random_map(n, rng=rng)
+    y = [Landmark(rng.normal(size=2), int(i)) for i in rng.permutation(n)[:20]]
+    calls.append((y, world, rng.normal(size=2)))
+exam.same(stack, calls, "many landmarks")
+print("passed")
+
+# %% id="grade-repeat" tags=["check", "hidden"] points=1 title="repeat_R: any covariance, any number"
+rng = exam.rng()
+roots = rng.normal(size=(3, 2, 2))
+exam.same(repeat_R, [(A @ A.T, p) for A, p in zip(roots, (1, 5, 12))], "other covariances")
+print("passed")
+
+# %% id="grade-other-map" tags=["check", "hidden"] points=2 title="KF: a drive on another map"
+exam.same_run(KF, drive(exam.rng()), "on another map")
+print("passed")
+
+# %% id="grade-other-noise" tags=["check", "hidden"] points=2 title="KF: other noise, other time step"
+rng = exam.rng()
+A, B = rng.normal(size=(2, 2, 2))
+noisy = drive(rng, Q=0.05 * (np.eye(2) + A @ A.T), R=0.03 * (np.eye(2) + B @ B.T))
+noisy = dataclasses.replace(noisy, times=rng.uniform(0.3, 0.7) * noisy.times)
+exam.same_run(KF, noisy, "with correlated noise and another time step", x0=rng.normal(size=2))
+print("passed")
+
+# %% id="grade-one-landmark" tags=["check", "hidden"] points=1 title="KF: a single landmark"
+rng = exam.rng()
+lighthouse = Map([Landmark(rng.uniform(-1, 1, 2), "lighthouse")])
+exam.same_run(KF, drive(rng, lighthouse, range=9), "with a single landmark")
+print("passed")
+
+# %% id="grade-no-landmark" tags=["check", "hidden"] points=1 title="KF: nothing in view at all"
+exam.same_run(KF, drive(exam.rng(), Map([])), "without any landmark")
+print("passed")
+
+# %% id="grade-many" tags=["check", "hidden"] points=1 title="KF: many landmarks at once"
+exam.same_run(KF, drive(exam.rng(), 80, steps=60, range=6), "with many landmarks in view")
+print("passed")
+
+# %% id="grade-honest" tags=["check", "hidden"] points=2 title="KF: honest over a long run (NEES)"
+rng = exam.rng()
+long = drive(rng, 40, steps=800)
+mine = nees(exam.history(KF, long), long)[40:].mean()
+right = nees(exam.history(exam.right("KF")[0], long), long)[40:].mean()
+if abs(mine / right - 1) > 0.05:
+    exam.fail(f"Over a long run your mean NEES is {mine:.2g}; a right filter has {right:.2g}.")
+print("passed")
 
 # %% [markdown]
 # ## Summary

@@ -67,7 +67,7 @@ def nees(truth, x, P):
     ### END SOLUTION
 
 
-# %% id="check-nees" tags=["check"]
+# %% id="check-nees" tags=["check"] points=2 title="nees"
 check("mismatch-nees", nees)
 
 # %% [markdown]
@@ -103,7 +103,7 @@ print(metrics.summary(history, log))
 # How many steps does it take until the truth is inside the ellipse, and does it stay there? What happens to the estimate? Explain it with the
 # equations for $S$, $K$ and $P$ of lab 1.
 
-# %% [markdown] id="answer-q2" tags=["answer"]
+# %% [markdown] id="answer-q2" tags=["answer"] points=2 title="Question Q2"
 # ### BEGIN SOLUTION
 # It never stays inside: apart from the huge ellipse of the start, the truth is inside in only a few per cent of the steps, and the mean NEES is
 # about 214 instead of 2. The estimate is rougher (RMSE 0.35 m instead of 0.28 m), but not lost.
@@ -112,6 +112,11 @@ print(metrics.summary(history, log))
 # prediction away and follows each measurement, noise and all. And $P \leftarrow P - KSK^\top$ leaves an ellipse ten times too narrow (half axis 0.05 m),
 # since the filter believes that these measurements are good to 4 cm. It is overconfident.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q2" tags=["hidden"]
+# **Q2, 2 points.**
+# - 1 point: the truth leaves the ellipse and mostly stays outside; the ellipse is far too small (overconfident).
+# - 1 point: why: R too small makes S small, K close to -1 (each measurement is believed), and P shrinks too much.
 
 # %% [markdown]
 # ## 3. Told that the sensor is worse than it is
@@ -131,7 +136,7 @@ print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m"
 # ### Question Q3
 # The same questions: how many steps, what happens to the estimate, is the truth inside, and why? In what sense is *always inside* not a compliment?
 
-# %% [markdown] id="answer-q3" tags=["answer"]
+# %% [markdown] id="answer-q3" tags=["answer"] points=2 title="Question Q3"
 # ### BEGIN SOLUTION
 # The truth is inside at every step, from the first on. But the ellipse is huge (half axis 3.6 m after one step, still 1.4 m in the middle of the run),
 # and the estimate is worse: RMSE 0.47 m, and it needs several seconds to forget the wrong start.
@@ -140,6 +145,11 @@ print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m"
 # is smooth and slow, averages over many measurements, and follows the robot's slips late. Its covariance shrinks slowly for the same reason.
 # Its mean NEES is well below 2: it is underconfident. An ellipse that always holds the truth because it is far too large tells nobody where the robot is.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q3" tags=["hidden"]
+# **Q3, 2 points.**
+# - 1 point: always inside but slow and less accurate; K is small because S is large.
+# - 1 point: an ellipse that is far too large says nothing: underconfident.
 
 # %% [markdown]
 # ## 4. A test that needs no truth
@@ -195,7 +205,7 @@ explore(KF, kind="nis")
 # Which has more influence on the result, `Q` or `R`? Compare the rows for `0.01 R` and `100 Q`, and those for `100 R` and `0.01 Q`: what is the same,
 # what is different, and why?
 
-# %% [markdown] id="answer-q4" tags=["answer"]
+# %% [markdown] id="answer-q4" tags=["answer"] points=3 title="Question Q4"
 # ### BEGIN SOLUTION
 # The gain depends on $P$ over $S$, and $P$ settles where what $Q$ adds balances what $R$ takes away. If $Q$ and $R$ are both multiplied by the same
 # number, so is $P$, and $K$ does not change. So for the *estimate* only the ratio $Q/R$ matters, once the start is forgotten (its $P$ was not scaled): `0.01 R` and
@@ -207,6 +217,12 @@ explore(KF, kind="nis")
 # So neither is "more important". Too small is worse than too large, for both; and here a wrong $R$ shows at once in the NIS, since there are
 # several landmarks in view at each step, while a wrong $Q$ shows in it only weakly.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q4" tags=["hidden"]
+# **Q4, 3 points.**
+# - 1 point: the estimate depends (after the start) on the ratio Q/R only; pairs of rows have the same RMSE.
+# - 1 point: the covariance scales with both, so the pairs differ in NEES and ellipse.
+# - 1 point: too small is worse than too large, with a number from the table.
 
 # %% [markdown]
 # ## 6. One run proves little
@@ -237,7 +253,7 @@ def verdict(mean_nees, runs):
     ### END SOLUTION
 
 
-# %% id="check-verdict" tags=["check"]
+# %% id="check-verdict" tags=["check"] points=2 title="verdict"
 check("mismatch-verdict", verdict)
 
 # %%
@@ -292,7 +308,7 @@ def longest_dark(count):
     ### END SOLUTION
 
 
-# %% id="check-dark" tags=["check"]
+# %% id="check-dark" tags=["check"] points=2 title="longest_dark"
 check("mismatch-dark", longest_dark)
 
 # %% [markdown]
@@ -319,7 +335,7 @@ print(metrics.summary(history, few))
 # What happens when the robot sees no landmark, and why? Is the filter still honest in the dark? And how many dark steps would it take, beginning near zero,
 # until its σ is as large as the sensor's range of 2.5 m? (One step has σ = 0.125 m, as in lab 1.)
 
-# %% [markdown] id="answer-q5" tags=["answer"]
+# %% [markdown] id="answer-q5" tags=["answer"] points=2 title="Question Q5"
 # ### BEGIN SOLUTION
 # Only `predict` acts. The mean moves with the commands (dead reckoning), and $P$ grows by $Q$ at each step, so the 3σ ellipse widens like the square root of the
 # time: there is no measurement, so $K$ has nothing to work on. The error may wander, but it stays within the 3σ bounds, which widen as fast: the filter is
@@ -330,6 +346,80 @@ print(metrics.summary(history, few))
 
 # %%
 explore(KF, sliders=("Q", "landmarks", "range"), landmarks=5, seed=3)
+
+# %% [markdown] id="rubric-q5" tags=["hidden"]
+# **Q5, 2 points.**
+# - 1 point: only predict acts; P grows by Q a step, the ellipse widens like the root of the number of steps; it stays honest.
+# - 1 point: (2.5 / 0.125)^2 = 400 steps.
+
+# %% [markdown] tags=["hidden"]
+# ## Graded checks
+#
+# They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
+
+# %% id="setup-exam" tags=["setup", "hidden"]
+from labkit.grading.examine import Exam
+
+exam = Exam("02_noise_mismatch")
+check = exam.check
+Q, R = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, 0.2**2])  # as in section 1
+LabKF = Exam("01_cartesian_ekf").right("KF")[0]  # lab 1 is marked with lab 1
+
+
+def lied_to(rng, q=1, r=1, steps=160):
+    """(truth, x, P) of each step of a filter that was told q Q and r R."""
+    run = simulate(Robot(rng.uniform(-2, 2, 2), Q, R, rng=rng), random_map(25, rng=rng), steps)
+    told = replay(make_filter(LabKF, run, Q=q * Q, R=r * R), run)
+    return list(zip(run.truth, told.x, told.P))
+
+
+# %% id="figure" tags=["hidden"]
+public = simulate(Robot((2, -2), Q, R, rng=1), random_map(25, rng=1))
+believed = replay(make_filter(LabKF, public), public)
+steps = list(zip(public.truth, believed.x, believed.P))
+exam.curve(nees, steps, public.times, chi2_bounds(2), "your NEES along one run")
+
+# %% id="grade-nees-run" tags=["check", "hidden"] points=2 title="nees: along whole runs"
+rng = exam.rng()
+exam.same(nees, lied_to(rng) + lied_to(rng, r=0.01) + lied_to(rng, q=100), "the steps of a run")
+print("passed")
+
+# %% id="grade-nees-correlated" tags=["check", "hidden"] points=1 title="nees: long, thin ellipses"
+rng = exam.rng()
+thin = [np.linalg.qr(A)[0] * [1.0, 0.03] for A in rng.normal(size=(20, 2, 2))]
+exam.same(nees, [(*rng.normal(size=(2, 2)), A @ A.T) for A in thin], "long, thin ellipses")
+print("passed")
+
+# %% id="grade-nees-sure" tags=["check", "hidden"] points=1 title="nees: very sure and very unsure filters"
+rng = exam.rng()
+sizes = [1e-6, 1e-3, 1e3]
+exam.same(nees, [(*rng.normal(size=(2, 2)), size * np.eye(2)) for size in sizes], "P large and small")
+print("passed")
+
+# %% id="grade-verdict-bounds" tags=["check", "hidden"] points=2 title="verdict: near the bounds"
+rng = exam.rng()
+bounds = [(n, b) for n in rng.integers(2, 400, 12).tolist() for b in chi2_bounds(2, 0.95, n)]
+exam.same(verdict, [(float(b * f), n) for n, b in bounds for f in (0.99, 1.01)], "means near the bounds")
+print("passed")
+
+# %% id="grade-verdict-runs" tags=["check", "hidden"] points=1 title="verdict: few runs and many"
+rng = exam.rng()
+means = rng.uniform(1.2, 3.0, 60)
+exam.same(verdict, [(float(mean), n) for mean in means for n in (1, 30, 1000)], "other numbers of runs")
+print("passed")
+
+# %% id="grade-dark-random" tags=["check", "hidden"] points=2 title="longest_dark: random maps"
+rng = exam.rng()
+exam.same(longest_dark, [(rng.poisson(0.7, n),) for n in (1, 10, 200, 1000)], "other runs")
+print("passed")
+
+# %% id="grade-dark-edges" tags=["check", "hidden"] points=1 title="longest_dark: at the ends, never, always"
+rng = exam.rng()
+n = int(rng.integers(3, 9))
+zeros, ones = np.zeros(n, int), np.ones(n, int)
+rows = [zeros, ones, np.concatenate([ones, zeros]), np.concatenate([zeros, ones, zeros[1:]])]
+exam.same(longest_dark, [(row,) for row in rows], "the ends of a run")
+print("passed")
 
 # %% [markdown]
 # ## Summary

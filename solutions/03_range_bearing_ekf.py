@@ -66,7 +66,7 @@ def h(x, landmark):
     ### END SOLUTION
 
 
-# %% id="check-h" tags=["check"]
+# %% id="check-h" tags=["check"] points=1 title="h"
 check("range-bearing-h", h)
 
 # %% [markdown]
@@ -104,7 +104,7 @@ def jacobian(x, landmark):
     ### END SOLUTION
 
 
-# %% id="check-jacobian" tags=["check"]
+# %% id="check-jacobian" tags=["check"] points=2 title="jacobian"
 check("range-bearing-jacobian", jacobian)
 
 # %% [markdown]
@@ -183,7 +183,7 @@ class KF:
         ### END SOLUTION
 
 
-# %% id="check-kf" tags=["check"]
+# %% id="check-kf" tags=["check"] points=4 title="KF: single steps and a short drive"
 check("range-bearing-kf", KF)
 
 # %% [markdown]
@@ -239,7 +239,7 @@ plt.show()
 # %%
 explore(KF, sensor="rb", sliders=("Q", "R", "landmarks"), landmarks=8, seed=1)
 
-# %% [markdown] id="answer-q6" tags=["answer"]
+# %% [markdown] id="answer-q6" tags=["answer"] points=2 title="Question Q6"
 # ### BEGIN SOLUTION
 # The accuracy is about the same here (RMSE 0.34 m against 0.33 m), but the Cartesian ellipses are circles and these are not; they change size and
 # direction along the path, since $H$ depends on where the robot is, and $P \leftarrow P - KSK^\top$ takes that over.
@@ -248,6 +248,11 @@ explore(KF, sensor="rb", sliders=("Q", "R", "landmarks"), landmarks=8, seed=1)
 # $\sigma_\beta$ = 10° = 0.17 rad. Near a landmark the ellipse is short *across* the line of sight: at 0.5 m only 0.09 m. At 2.3 m both are equal and it
 # is a circle. Several landmarks in different directions average this out, so with many landmarks it looks rounder.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q6" tags=["hidden"]
+# **Q6, 2 points.**
+# - 1 point: the ellipses change size and direction along the path, since H depends on the position.
+# - 1 point: short along the line of sight or across it, depending on range (sigma_r against r sigma_beta).
 
 # %% [markdown]
 # ## 6. One landmark, and a close pass
@@ -302,7 +307,7 @@ for low, high in [(0, 0.25), (0.25, 0.5), (0.5, 1), (1, 2.5)]:
 # %%
 explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=2)
 
-# %% [markdown] id="answer-q7" tags=["answer"]
+# %% [markdown] id="answer-q7" tags=["answer"] points=3 title="Question Q7"
 # ### BEGIN SOLUTION
 # With nothing in view the ellipse grows at each step and becomes rounder, as in lab 2: only `predict` acts, and it adds the same in all directions.
 #
@@ -315,6 +320,12 @@ explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=
 # What helps: a larger bearing variance for near landmarks, leaving out a landmark that is nearer than a few σ of the position, or iterating the update with $H$
 # taken at the improved estimate.
 # ### END SOLUTION
+
+# %% [markdown] id="rubric-q7" tags=["hidden"]
+# **Q7, 3 points.**
+# - 1 point: nothing in view: P grows and becomes rounder; one landmark: known along the line of sight, less across it (or the other way round when near).
+# - 1 point: near the landmark the tangent is bad, so the filter is overconfident although Q and R are right.
+# - 1 point: a sensible remedy with its reason.
 
 # %% [markdown]
 # ## 7. Against a library
@@ -424,7 +435,7 @@ for k in worst:
 # ### Question
 # What would you do with a measurement whose NIS is 300 when 2 is expected? What is the risk of your rule?
 
-# %% [markdown] id="answer-gate" tags=["answer"]
+# %% [markdown] id="answer-gate" tags=["answer"] points=2 title="Question on misread measurements"
 # ### BEGIN SOLUTION
 # Leave it out: a *gate* compares the NIS of each landmark with a chi-square bound (9.21 holds 99 % for two numbers) before it is used. That removes the misread
 # barcodes, and robots 3 and 5 become as good as the others. The risk: when the filter itself is wrong, say after the robot was carried away, every *good* measurement
@@ -441,6 +452,101 @@ for k in worst:
 # %% tags=["nbval-ignore-output"]
 log = mrclam.with_compass(mrclam.load(robot=1, start=200, duration=120), rng=0)
 explore(KF, log, kind="nis", Q=Q_real, R=R_real, x0=log.truth[0], P0=0.1**2 * np.eye(2))
+
+# %% [markdown] id="rubric-gate" tags=["hidden"]
+# **Misread measurements, 2 points.**
+# - 1 point: leave it out when its NIS is beyond a chi-square bound (2 degrees of freedom).
+# - 1 point: the risk: when the filter itself is wrong, good measurements are refused too.
+
+# %% [markdown] tags=["hidden"]
+# ## Graded checks
+#
+# They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
+
+# %% id="setup-exam" tags=["setup", "hidden"]
+import dataclasses
+
+from labkit.grading.examine import Exam
+
+exam = Exam("03_range_bearing_ekf")
+check = exam.check
+Q, R_rb = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, np.deg2rad(5) ** 2])  # as in section 5
+
+
+def places(rng):
+    """Positions and landmarks near them and far away, in all directions."""
+    spots = [(x, size) for x in rng.normal(size=(12, 2)) for size in (0.2, 9)]
+    return [(x, Landmark(x + size * rng.normal(size=2), 0)) for x, size in spots]
+
+
+def drive(rng, landmarks=30, Q=Q, R=R_rb, start=None, steps=160, range=2.5):
+    """A run without close passes, which would make of a rounding error a difference that can be seen."""
+    world = random_map(landmarks, rng=rng) if isinstance(landmarks, int) else landmarks
+    start = rng.uniform(-2, 2, 2) if start is None else start
+    run = simulate(Robot(start, Q, R, type="rb", range=range, rng=rng), world, steps)
+    apart = world.positions - run.truth[:, None]
+    near = np.linalg.norm(apart, axis=2).min(axis=0, initial=9)
+    far = Map([lm for lm, distance in zip(world, near) if distance > 0.6])
+    return dataclasses.replace(run, map=far).seen_by("rb", R, range, rng)
+
+
+# %% id="figure" tags=["hidden"]
+public = simulate(Robot((2, -2), Q, R_rb, type="rb", rng=1), random_map(25, rng=1))
+exam.figure(KF, public)
+
+# %% id="grade-h" tags=["check", "hidden"] points=1 title="h: in all directions, near and far"
+exam.same(h, places(exam.rng()), "other places")
+print("passed")
+
+# %% id="grade-jacobian" tags=["check", "hidden"] points=2 title="jacobian: in all directions, near and far"
+exam.same(jacobian, places(exam.rng()), "other places")
+print("passed")
+
+# %% id="grade-other-map" tags=["check", "hidden"] points=2 title="KF: a drive on another map"
+exam.same_run(KF, drive(exam.rng()), "on another map")
+print("passed")
+
+# %% id="grade-other-noise" tags=["check", "hidden"] points=2 title="KF: other noise, other time step"
+rng = exam.rng()
+A = rng.normal(size=(2, 2))
+other = np.diag([0.1, np.deg2rad(rng.uniform(1, 3))]) ** 2
+noisy = drive(rng, Q=0.03 * (np.eye(2) + A @ A.T), R=other)
+noisy = dataclasses.replace(noisy, times=rng.uniform(0.3, 0.7) * noisy.times)
+known = {"x0": noisy.truth[0], "P0": 0.3 * np.eye(2)}
+exam.same_run(KF, noisy, "with other noise and another time step", **known)
+print("passed")
+
+# %% id="grade-west" tags=["check", "hidden"] points=2 title="KF: landmarks due west"
+rng = exam.rng()
+west = Map([Landmark((-6 - i, y), i) for i, y in enumerate(rng.uniform(-3, 3, 6))])
+exam.same_run(KF, drive(rng, west, steps=100, range=20), "with landmarks in the west")
+print("passed")
+
+# %% id="grade-one-landmark" tags=["check", "hidden"] points=1 title="KF: a single landmark"
+rng = exam.rng()
+lighthouse = Map([Landmark((3.5, rng.uniform(-1, 1)), "lighthouse")])
+alone = drive(rng, lighthouse, range=9, start=(1, -2))
+exam.same_run(KF, alone, "with a single landmark", x0=alone.truth[0], P0=0.2 * np.eye(2))
+print("passed")
+
+# %% id="grade-no-landmark" tags=["check", "hidden"] points=1 title="KF: nothing in view at all"
+exam.same_run(KF, drive(exam.rng(), Map([])), "without any landmark")
+print("passed")
+
+# %% id="grade-many" tags=["check", "hidden"] points=1 title="KF: many landmarks at once"
+exam.same_run(KF, drive(exam.rng(), 80, steps=60, range=6), "with many landmarks in view")
+print("passed")
+
+# %% id="grade-honest" tags=["check", "hidden"] points=2 title="KF: honest over a long run (NEES)"
+rng = exam.rng()
+long = drive(rng, 50, steps=600)
+known = {"x0": long.truth[0], "P0": 0.2 * np.eye(2)}
+mine = metrics.nees(exam.history(KF, long, **known), long)[40:].mean()
+right = [exam.history(one, long, **known) for one in exam.right("KF")]
+right = [metrics.nees(one, long)[40:].mean() for one in right]
+if min(abs(mine / one - 1) for one in right) > 0.05:
+    exam.fail(f"Over a long run your mean NEES is {mine:.2g}; a right filter has {right[0]:.2g}.")
+print("passed")
 
 # %% [markdown]
 # ## Summary

@@ -1,0 +1,263 @@
+"""The trusted side of a worker: ask with data, wait no longer than allowed, believe nothing.
+
+`Student` holds one student's worker; `StudentFunction` and `StudentClass` look like the student's own
+function and class to an instructor's check cell.
+"""
+
+import os
+import selectors
+import time
+
+import numpy as np
+
+from ..feedback import FilterError
+from ..log import START as START_MEAN
+from ..log import START_COV
+from . import wire
+
+START = 30  # seconds for a worker to be there, on a busy machine
+CALL = 10  # seconds for the answer to one call
+TOTAL = 60  # seconds for all calls of one student
+SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
+HANGS = 2  # times that a student's code may be stopped before the rest is left out
+
+
+class Lost(FilterError):
+    """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student."""
+
+
+class Raised(FilterError):
+    """The student's code raised: kind is the exception's type, place (cell label, line) or None."""
+
+    def __init__(self, kind, place, text):
+        super().__init__(text)
+        self.kind, self.place = kind, place
+
+
+class Channel:
+    """One worker process and its pipes."""
+
+    def __init__(self, sandbox, seconds=TOTAL):
+        self.worker = sandbox.start(seconds)
+        self.ready = False
+        for stream in (self.worker.process.stdin, self.worker.process.stdout):
+            os.set_blocking(stream.fileno(), False)
+
+    def settle(self):
+        """Wait until it has confined itself."""
+        if not self.ready:
+            self.ask({"do": "confine", **self.worker.limits}, START)
+            self.ready = True
+
+    def ask(self, request, seconds):
+        """The answer to a request. Raises Lost; then the worker is no use any more."""
+        deadline = time.monotonic() + seconds
+        self._send(wire.pack(request), deadline)
+        try:
+            head = self._receive(8, deadline)
+            text, raw = wire.sizes(head)
+            body = self._receive(text + raw, deadline)
+            answer = wire.unpack(body[:text], body[text:])
+        except wire.Garbage:
+            raise Lost(SPOILT) from None
+        if not isinstance(answer, dict):
+            raise Lost(SPOILT)
+        if "odd" in answer:
+            raise Raised("TypeError", None, f"What came back is no number and no array: {answer['odd']}.")
+        if "raised" in answer:
+            raise Raised(*_failure(answer))
+        return answer
+
+    def _send(self, data, deadline):
+        stream = self.worker.process.stdin
+        view = memoryview(data)
+        while view:
+            self._wait(stream, selectors.EVENT_WRITE, deadline)
+            try:
+                view = view[os.write(stream.fileno(), view) :]
+            except BlockingIOError:
+                continue
+            except OSError:
+                raise Lost(self._gone()) from None
+
+    def _receive(self, count, deadline):
+        stream, parts = self.worker.process.stdout, []
+        while count:
+            self._wait(stream, selectors.EVENT_READ, deadline)
+            try:
+                part = os.read(stream.fileno(), min(count, 1 << 20))
+            except BlockingIOError:
+                continue
+            except OSError:
+                part = b""
+            if not part:
+                raise Lost(self._gone())
+            parts.append(part)
+            count -= len(part)
+        return b"".join(parts)
+
+    def _wait(self, stream, event, deadline):
+        left = deadline - time.monotonic()
+        with selectors.DefaultSelector() as selector:
+            selector.register(stream, event)
+            if left <= 0 or not selector.select(left):
+                raise Lost("Your code was still running when its time was up: does a loop never end?")
+
+    def _gone(self):
+        return (
+            "Your code ended Python itself, or used more memory or time than there is: "
+            "leave out exit() and the like, and look for a list that never stops growing."
+        )
+
+    def end(self):
+        self.worker.end()
+
+
+def _failure(answer):
+    kind, place, text = (answer.get(key) for key in ("raised", "place", "text"))
+    sound = isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
+    return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000]
+
+
+class Student:
+    """One student's code in its worker, started anew when it is lost.
+
+    cells: what `do_load` runs, as dictionaries;  wanted: the names that the checks ask for.
+    """
+
+    def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
+        self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
+        self.call, self.left, self.hangs = call, float(total), 0
+        self.channel, self.fresh = spare, True
+        self.kinds, self.problems = {}, []
+        self.loaded, self.why_lost = False, ""
+        self.tainted = False  # whether this process has seen what its student must not
+
+    def load(self):
+        """Run the student's cells in a fresh worker. Raises Lost."""
+        if self.loaded:
+            return
+        if self.why_lost:
+            raise Lost(self.why_lost)
+        if self.hangs >= HANGS or self.left <= 0:
+            raise Lost("This check was left out: your code had used up its time in the checks before it.")
+        self.channel = self.channel or Channel(self.sandbox)
+        self.tainted = False
+        try:
+            self.channel.settle()
+            answer = self._timed({"do": "load", "cells": self.cells, "wanted": self.wanted})
+        except FilterError as error:
+            self.why_lost = f"Your notebook could not be loaded. {error}"
+            self._drop()
+            raise Lost(self.why_lost) from None
+        kinds, problems = answer.get("kinds"), answer.get("problems")
+        self.kinds = kinds if isinstance(kinds, dict) else {}
+        self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
+        self.loaded = True
+
+    def ask(self, secret=False, **request):
+        """The answer to a request; secret: whether it holds what the student must not see. Raises FilterError."""
+        self.load()
+        self.tainted = self.tainted or secret
+        try:
+            return self._timed(request)
+        except Lost:
+            self._drop()
+            raise
+
+    def renew(self):
+        """Forget the process, so that the next request goes to one that has seen nothing."""
+        self._drop()
+
+    def _timed(self, request):
+        start = time.monotonic()
+        allowed = min(self.call, max(self.left, 0.1))
+        try:
+            return self.channel.ask(request, allowed)
+        except Lost:
+            self.hangs += time.monotonic() - start >= allowed * 0.95
+            raise
+        finally:
+            self.left -= time.monotonic() - start
+
+    def _drop(self):
+        if self.channel:
+            self.channel.end()
+        self.channel, self.loaded = None, False
+
+    def end(self):
+        self._drop()
+
+    def find(self, name):
+        """What stands for the student's object of that name in a check cell. Raises Lost if there is none."""
+        self.load()
+        if name not in self.kinds:
+            raise Missing(name, self.problems)
+        return Stand(self, name)
+
+
+class Missing(Lost):
+    """The student's notebook has run, but a name that is to be checked is not there."""
+
+    def __init__(self, name, problems):
+        super().__init__(f"`{name}` is not there after your notebook has run.")
+        self.lines_of_problems = [
+            f"{str(p.get('place'))[:80]}: {str(line)[:300]}"
+            for p in problems[:3]
+            for line in (p.get("lines") if isinstance(p.get("lines"), list) else [])[:3]
+        ]
+
+
+class Stand:
+    """Looks like the student's function or class. `secret`: whether the inputs must not reach the student."""
+
+    def __init__(self, student, name):
+        self.student, self.__name__ = student, name
+
+    def __call__(self, *args, **options):
+        request = {"name": self.__name__, "args": list(args), "options": options}
+        if self.student.kinds.get(self.__name__) != "type":
+            return self.student.ask(do="call", secret=True, **request).get("value")
+        made = self.student.ask(do="make", secret=True, **request).get("made")
+        return StandFilter(self.student, made)
+
+    def map(self, calls, secret=True):
+        """The results of several calls, each a tuple of arguments, in one request."""
+        request = {"name": self.__name__, "calls": [list(args) for args in calls]}
+        values = self.student.ask(do="map", secret=secret, **request).get("values")
+        if not isinstance(values, list) or len(values) != len(calls):
+            raise Lost(SPOILT)
+        return values
+
+    def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, secret=True):
+        """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along."""
+        fields = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame")
+        sent = {name: getattr(log, name) for name in fields}
+        more = {
+            "Q": np.asarray(log.Q if Q is None else Q, float), "R": np.asarray(log.R if R is None else R, float),
+            "x0": np.asarray(x0, float), "P0": np.asarray(P0, float),
+        }  # fmt: skip
+        return self.student.ask(do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
+
+    def observe(self, data, secret):
+        """The answer of `do_observe`: what the object does on a check's inputs."""
+        return self.student.ask(do="observe", secret=secret, name=self.__name__, data=data)
+
+
+class StandFilter:
+    """Looks like one object of the student's class."""
+
+    def __init__(self, student, made):
+        object.__setattr__(self, "_student", student)
+        object.__setattr__(self, "_made", made)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in ("predict", "update"):
+            return lambda *args, **options: self._method(name, args, options)
+        return self._student.ask(do="get", made=self._made, name=name).get("value")
+
+    def _method(self, name, args, options):
+        sent = {"made": self._made, "method": name, "args": list(args), "options": options}
+        return self._student.ask(do="method", secret=True, **sent).get("value")

@@ -1,0 +1,93 @@
+"""What grading passes from one part to the next."""
+
+from dataclasses import dataclass, field
+from datetime import datetime
+
+PASSED, FAILED, NOT_RUN, ERROR = "passed", "failed", "not run", "error"
+OPEN, BY_HAND = "open", "by hand"
+
+
+class Problem(Exception):
+    """The command cannot go on; the text says in a sentence what is wrong, where, and what to do."""
+
+
+class Refused(Exception):
+    """A submission that cannot be graded; the text is a sentence that its student understands."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that gives points, as the instructor's notebook describes it.
+
+    hand: a written question, marked by a person; then question and rubric are its Markdown texts.
+    hidden: students never see its source or its inputs; the title is what they are told.
+    """
+
+    id: str
+    title: str
+    points: float
+    hand: bool = False
+    hidden: bool = False
+    question: str = ""
+    rubric: str = ""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What one check gave; points is None while a written answer waits to be read.
+
+    status  one of the six words above; only 'passed' and 'by hand' give points.
+    reason  a sentence for the student, '' when passed.
+    lines   more lines for the student (the call, what was expected, what came).
+    mistake the known mistake that was recognised, as the sentence that explains it, or ''.
+    """
+
+    check: str
+    points: float | None
+    max_points: float
+    status: str
+    reason: str = ""
+    lines: tuple = ()
+    mistake: str = ""
+
+
+@dataclass
+class Result:
+    """One student's graded submission of one lab.
+
+    student     the name by which a person knows the student.
+    identifier  the LMS's number for the student or the submission, '' if there is none.
+    source      the file it came from;  when: time of handing in, or None.
+    notes       sentences on what was chosen or is odd (late, several attempts, cells missing).
+    level       sandbox level that its code ran at.
+    problem     why it could not be graded at all, or ''.
+    answers     {check id: the student's text} of the written questions.
+    figure      {name: array} for the picture of the feedback page, or {}.
+    """
+
+    student: str
+    identifier: str = ""
+    lab: str = ""
+    source: str = ""
+    when: datetime | None = None
+    late: bool = False
+    notes: list = field(default_factory=list)
+    level: int = 0
+    problem: str = ""
+    marks: list = field(default_factory=list)
+    answers: dict = field(default_factory=dict)
+    figure: dict = field(default_factory=dict)
+
+    @property
+    def points(self):
+        """The sum of what is marked so far."""
+        return sum(mark.points or 0 for mark in self.marks)
+
+    @property
+    def max_points(self):
+        return sum(mark.max_points for mark in self.marks)
+
+    @property
+    def open(self):
+        """How many written answers wait to be read."""
+        return sum(mark.points is None for mark in self.marks)

@@ -1,0 +1,186 @@
+"""Send batches of submissions to processes that grade them, and take in the marks as they come."""
+
+import contextlib
+import json
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import nbformat
+import numpy as np
+
+from . import batch, records
+from .sandbox import make_runtime
+
+LARGEST = 25  # submissions in a batch: more would cost memory, fewer a kernel start each
+TRIES = 2
+KIT = str(Path(__file__).resolve().parents[2])
+
+
+@dataclass(frozen=True)
+class Job:
+    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark."""
+
+    id: int
+    key: str
+    cells: list
+    sources: dict
+    done: frozenset = frozenset()
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a batch is graded with, the same for all batches; plain data, so that it can travel."""
+
+    paper: object
+    seed: int
+    way: dict  # of the Sandbox
+    time: dict  # seconds: {"call", "total"}
+
+
+def batches(jobs, workers):
+    """Lists of jobs, as even as can be: two rounds for each worker, but none larger than LARGEST."""
+    size = max(1, min(LARGEST, -(-len(jobs) // (2 * workers))))
+    return [jobs[i : i + size] for i in range(0, len(jobs), size)]
+
+
+def write_batch(folder, room, jobs, runtime):
+    """Put a batch's files into `folder`: batch.json and the check notebook."""
+    paper = room.paper
+    content = {
+        "seed": room.seed, "subjects": paper.subjects, "time": room.time, "sandbox": {**room.way, "runtime": runtime},
+        "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
+        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources} for j in jobs],
+    }  # fmt: skip
+    Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
+    nbformat.write(batch.notebook(paper, [job.done for job in jobs]), Path(folder, "checks.ipynb"))
+
+
+def take_figures(folder, jobs):
+    """{job id: {name: array}} of the figures that a batch left in its folder."""
+    found = {}
+    for number, job in enumerate(jobs):
+        with contextlib.suppress(OSError, ValueError):
+            with np.load(Path(folder, f"figure-{number}.npz"), allow_pickle=False) as stored:
+                found[job.id] = {name: stored[name] for name in stored.files}
+    return found
+
+
+class Runner:
+    """A process of `labkit.grading.batch` that grades one batch after the other."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        environment = {**os.environ, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "labkit.grading.batch"], cwd=folder, env=environment, text=True, encoding="utf-8",
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1,
+        )  # fmt: skip
+
+    def grade(self, room, jobs, runtime):
+        """Yield ('mark', job id, mark) and ('done', job id, figure) of a batch; raises OSError if the process ends early."""
+        folder = tempfile.mkdtemp(prefix="batch-", dir=self.folder)
+        try:
+            write_batch(folder, room, jobs, runtime)
+            self.process.stdin.write(json.dumps({"folder": folder}) + "\n")
+            for line in self.process.stdout:
+                item = json.loads(line)
+                if "end" in item:
+                    break
+                yield "mark", jobs[item["number"]].id, item
+            else:
+                raise OSError("a grading process ended early")
+            figures = take_figures(folder, jobs)
+            for job in jobs:
+                yield "done", job.id, figures.get(job.id)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def end(self):
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        self.process.kill()
+        self.process.wait()
+
+
+def local(room, jobs, workers):
+    """Grade on this machine with so many processes; yields as Runner.grade does."""
+    waiting, news = queue.SimpleQueue(), queue.Queue(maxsize=1000)
+    todo = batches(jobs, workers)
+    for one in todo:
+        waiting.put((one, 1))
+    with tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True) as folder:
+        # Students' workers, which may be another user, read the runtime; nobody reads the rest.
+        os.chmod(folder, 0o711)
+        runtime = make_runtime(Path(folder, "runtime"))
+        scratch = Path(folder, "batches")
+        scratch.mkdir(mode=0o700)
+        threads = [
+            threading.Thread(target=_work, args=(scratch, room, waiting, news, runtime), daemon=True)
+            for _ in range(min(workers, len(todo)))
+        ]
+        for thread in threads:
+            thread.start()
+        running = len(threads)
+        while running:
+            item = news.get()
+            if item is None:
+                running -= 1
+            else:
+                yield item
+
+
+def _work(scratch, room, waiting, news, runtime):
+    runner = None
+    try:
+        while True:
+            try:
+                jobs, tries = waiting.get_nowait()
+            except queue.Empty:
+                return
+            runner = runner or Runner(scratch)
+            try:
+                for item in runner.grade(room, jobs, runtime):
+                    news.put(item)
+            except (OSError, ValueError) as error:
+                runner.end()
+                runner = None
+                if tries < TRIES:
+                    waiting.put((jobs, tries + 1))
+                else:
+                    for job in jobs:
+                        news.put(("lost", job.id, f"The grading process ended twice: {error}."))
+    finally:
+        if runner:
+            runner.end()
+        news.put(None)
+
+
+def grade_batch(room, jobs):
+    """Grade one batch in a process of this machine and return all its news: what a cluster's worker runs."""
+    with tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True) as folder:
+        os.chmod(folder, 0o711)
+        runtime = make_runtime(Path(folder, "runtime"))
+        scratch = Path(folder, "batches")
+        scratch.mkdir(mode=0o700)
+        runner = Runner(scratch)
+        try:
+            return list(runner.grade(room, jobs, runtime))
+        finally:
+            runner.end()
+
+
+def way(sandbox):
+    """A Sandbox as plain data, without the folder of this machine."""
+    return {**asdict(sandbox), "runtime": ""}
+
+
+def lost(paper, reason):
+    """Marks for a submission whose grading process could not finish."""
+    return [(c.id, 0.0, records.ERROR, reason) for c in paper.cells if c.points is not None]
