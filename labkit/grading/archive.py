@@ -238,10 +238,14 @@ def readable(name):
     return "".join(c if c.isprintable() or c in "\u200c\u200d" else "\ufffd" for c in name)
 
 
+def listed(names):
+    """'a, b, c, ...': the first three of some names."""
+    return ", ".join(shorten(name) for name in names[:3]) + (", ..." if len(names) > 3 else "")
+
+
 def several(names, noun):
-    """'2 files (a, b)'; of more than three names, the first three."""
-    shown = ", ".join(shorten(name) for name in names[:3]) + (", ..." if len(names) > 3 else "")
-    return f"{len(names)} {noun}{'s' if len(names) > 1 else ''} ({shown})"
+    """'2 files (a, b)'."""
+    return f"{len(names)} {noun}{'s' if len(names) > 1 else ''} ({listed(names)})"
 
 
 def shorten(name, width=80):

@@ -8,10 +8,11 @@ import hashlib
 import re
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import partial
 from itertools import groupby
 
 from ..notebook import Unreadable, cells_of, parse
-from .archive import Member, open_archive, readable, several, shorten
+from .archive import Member, listed, open_archive, readable, several, shorten
 from .records import Problem, Refused
 
 MAX_DEPTH = 4  # folders inside a student's folder
@@ -28,7 +29,7 @@ CANVAS = re.compile(
     r"_(?:(?P<upload>[1-9]\d*)_(?P<file>.+)|(?P<typed>(?:text|link)\.html))$"
 )
 OTHER = re.compile(r"(?<!\d)0\d[ _-][a-z]\w*", re.IGNORECASE)  # the name of any lab
-COPY = re.compile(r"(?:[ _-]+copy ?\d*|[ _-]*\(\d+\)|[ _-]+\d+)+$", re.IGNORECASE)
+COPY = re.compile(r"(?:[ _-]+copy ?\d*|[ _-]*\(\d+\)|[ _-]+\d+)$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ class Submissions:
         return entries, unfits, notes
 
     def read(self, entry):
-        """(cells, digest) of an entry; raises Refused. The cells still need `tidy`."""
+        """(cells, digest) of an entry; the cells still need `tidy`. Raises Refused, naming the file."""
         raw = self._archive.read(entry.member)
         return _cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 
@@ -210,7 +211,8 @@ class Submissions:
             notes.append(f"Left aside what {typed} student{'s' * (typed > 1)} typed into the LMS as text.")
         others = sum(not _notebook(owner.name) for own in students.values() for owner, _ in own.files)
         if others:
-            notes.append(f"Left aside {others} file{'s' * (others > 1)} that are not notebooks.")
+            what = "files that are not notebooks" if others > 1 else "file that is not a notebook"
+            notes.append(f"Left aside {others} {what}.")
         return students, notes
 
 
@@ -272,7 +274,7 @@ def _tidied(cell, chosen):
 def _unwrapped(members, lab):
     """Pairs of a member's parts and itself, without the folders that hold the whole class."""
     pairs = [(_cut(member.parts), member) for member in members]
-    while pairs:
+    for _ in range(MAX_DEPTH):
         tops = {parts[0] for parts, _ in pairs}
         inner = [(parts[1:], member) for parts, member in pairs if len(parts) > 1]
         if len(tops) != 1 or not inner or MOODLE.match(*tops) or _notebook(*tops):
@@ -324,7 +326,7 @@ def _student(stem, lab):
     before = re.sub(r"^copy of ", "", before, flags=re.IGNORECASE)
     if not match:
         before = re.sub(r"\s*\(\d+\)$|-copy\d*$", "", before, flags=re.IGNORECASE)
-    return readable(before.strip(" _-.()") or COPY.sub("", after).strip(" _-.()"))
+    return readable(before.strip(" _-.()") or COPY.sub("", COPY.sub("", after)).strip(" _-.()"))
 
 
 def _choose(files, lab):
@@ -344,11 +346,11 @@ def _choose(files, lab):
     names = [owner.name for owner, _ in books or files]
     packed = [name for name in names if name.lower().endswith(ARCHIVES)]
     if books:
-        reason = f"There is no notebook of lab {lab}, only {several(names, 'other')}: {wanted}"
+        reason = f"There is no notebook of lab {lab}, only {listed(names)}: {wanted}"
     elif packed:
         reason = f"There is no notebook beside {shorten(packed[0])}: take it out of there and {wanted}"
     elif names:
-        reason = f"There is no notebook, only {several(names, 'other file')}: {wanted}"
+        reason = f"There is no notebook, only {listed(names)}: {wanted}"
     else:
         reason = f"There is no file: {wanted}"
     return [], reason, []
@@ -383,7 +385,7 @@ def _cells(raw, name):
     if raw.count(b"[") + raw.count(b"{") > MAX_PARTS:
         raise Refused(f"{name} holds too much data: clear the outputs, save it and hand it in again.")
     try:
-        cells = cells_of(parse(raw, name, pairs=_once), name)
+        cells = cells_of(parse(raw, name, pairs=partial(_once, name)), name)
     except Unreadable as error:
         raise Refused(shorten(str(error), 400)) from None
     if len(cells) > MAX_CELLS:
@@ -391,14 +393,15 @@ def _cells(raw, name):
     return [_plain(cell) for cell in cells]
 
 
-def _once(pairs):
+def _once(name, pairs):
+    """The table of a JSON object whose keys are all different; raises Unreadable."""
     table = dict(pairs)
     if len(table) == len(pairs):
         return table
     seen = set()
     key = next(key for key, _ in pairs if key in seen or seen.add(key))
     key = shorten(readable(key))
-    raise Unreadable(f'The file says "{key}" twice in one place: save it again in Jupyter.')
+    raise Unreadable(f'{name} says "{key}" twice in one place: save it again in Jupyter.')
 
 
 def _plain(cell):

@@ -94,12 +94,13 @@ class Examination:
         if error.kind == "NotImplementedError":
             return {"reason": "This part is still to be written."}
         kind = error.kind if isinstance(getattr(builtins, error.kind, None), type) else "problem of its own"
+        reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
         if error.place is None:
-            return {"reason": f"Your code stopped here with a {kind}."}
+            return {"reason": reason}
         label, line = error.place
         source = self.students[self.number]["sources"].get(label, "").splitlines()
         text = [source[line - 1].strip()] if 0 < line <= len(source) else []
-        return {"reason": f"Your code stopped here with a {kind}.", "lines": [f"{label}, line {line}:  {t}" for t in text]}
+        return {"reason": reason, "lines": [f"{label}, line {line}:  {t}" for t in text]}
 
     def end(self):
         """Let go of all workers."""

@@ -36,7 +36,7 @@ class Gradebook:
     """path: of the file; made if it is not there. Raises Problem if the file is none."""
 
     def __init__(self, path, seed=None):
-        self.path = path
+        self.path, self._depth = path, 0
         try:
             self.db = sqlite3.connect(path, timeout=5, isolation_level=None)
             self.db.execute("PRAGMA journal_mode=WAL")
@@ -57,11 +57,16 @@ class Gradebook:
             raise Problem(f"{path} was begun with --seed {self.seed}: leave the option out, or choose another --out.")
 
     def __enter__(self):
-        self.db.execute("BEGIN IMMEDIATE")
+        """All or nothing; inside another one it is part of that."""
+        self._depth += 1
+        if self._depth == 1:
+            self.db.execute("BEGIN IMMEDIATE")
         return self
 
     def __exit__(self, kind, *_):
-        self.db.execute("ROLLBACK" if kind else "COMMIT")
+        self._depth -= 1
+        if self._depth == 0:
+            self.db.execute("ROLLBACK" if kind else "COMMIT")
 
     def _all(self, query, *values):
         return self.db.execute(query, values).fetchall()
@@ -106,6 +111,21 @@ class Gradebook:
                 "UPDATE submission SET current = 1, notes = ?, late = ? WHERE id = ?", (json.dumps(notes), int(late), id)
             )
 
+    def choose_best(self, lab):
+        """Let each student's submission with the most points count, of those that could be graded."""
+        rows = self._all(
+            "SELECT id, student, identifier, (SELECT sum(points) FROM mark WHERE submission = s.id) FROM submission s "
+            "WHERE lab = ? AND problem = '' ORDER BY 4, id", lab)  # fmt: skip
+        best = {(student, identifier): id for id, student, identifier, _ in rows}
+        with self:
+            for id in best.values():
+                ((notes, late),) = self._all("SELECT notes, late FROM submission WHERE id = ?", id)
+                self.choose(id, json.loads(notes), late)
+
+    def unfinished(self, lab):
+        """Whether there are submissions that were not graded to the end."""
+        return bool(self._all("SELECT 1 FROM submission WHERE lab = ? AND done = 0 LIMIT 1", lab))
+
     def mark(self, id, check, points, status, reason="", lines=(), mistake=""):
         """Commit one mark; the first one counts, should it come twice."""
         row = (id, check, points, status, reason, json.dumps(list(lines)), mistake, _now())
@@ -129,6 +149,27 @@ class Gradebook:
         row = (result.lab, result.student, result.identifier, check, points, reason, result.answers.get(check), _now())
         self.db.execute("INSERT OR REPLACE INTO hand VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
+    def written(self):
+        """Lists of results as grades.csv held them when it was last written, and the time before: see `wrote`."""
+        stored = [json.loads(value) for (value,) in self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")]
+        return [
+            [Result(*about, marks=[Mark(*mark) for mark in marks]) for *about, marks in snapshot] for snapshot in stored
+        ]
+
+    def wrote(self, results):
+        """Remember what grades.csv is going to hold, so that a person's changes in it can be told from ours.
+
+        Two are kept, since a grader may be killed between this and the writing.
+        """
+        snapshot = [
+            [r.student, r.identifier, r.lab, r.source, [[m.check, m.points, m.max_points, m.status, m.reason] for m in r.marks]]
+            for r in results
+        ]
+        with self:
+            self.db.execute("DELETE FROM meta WHERE key = 'written-2'")
+            self.db.execute("UPDATE meta SET key = 'written-2' WHERE key = 'written-1'")
+            self.db.execute("INSERT INTO meta VALUES ('written-1', ?)", (json.dumps(snapshot),))
+
     def labs(self):
         return [lab for (lab,) in self._all("SELECT DISTINCT lab FROM submission ORDER BY lab")]
 
@@ -146,7 +187,7 @@ class Gradebook:
             "FROM submission WHERE id = ?", id)  # fmt: skip
         when = datetime.fromisoformat(when) if when else None
         result = Result(student, identifier, lab, source, when, bool(late), json.loads(notes), level, problem,
-                        answers=json.loads(answers))  # fmt: skip
+                        answers=json.loads(answers), id=id)  # fmt: skip
         if problem:
             return result
         given = {row[0]: row[1:] for row in self._all(

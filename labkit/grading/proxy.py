@@ -7,6 +7,7 @@ function and class to an instructor's check cell.
 import os
 import selectors
 import time
+from collections import Counter
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from . import wire
 START = 30  # seconds for a worker to be there, on a busy machine
 CALL = 10  # seconds for the answer to one call
 TOTAL = 60  # seconds for all calls of one student
+USED_UP = "This check was left out: your code had used up its time in the checks before it."
 SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
-HANGS = 2  # times that a student's code may be stopped before the rest is left out
+HANGS = 2  # times that one function or class may be stopped before its other checks are left out
 
 
 class Lost(FilterError):
@@ -127,7 +129,7 @@ class Student:
 
     def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
         self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
-        self.call, self.left, self.hangs = call, float(total), 0
+        self.call, self.left, self.hangs = call, float(total), Counter()
         self.channel, self.fresh = spare, True
         self.kinds, self.problems = {}, []
         self.loaded, self.why_lost = False, ""
@@ -139,8 +141,8 @@ class Student:
             return
         if self.why_lost:
             raise Lost(self.why_lost)
-        if self.hangs >= HANGS or self.left <= 0:
-            raise Lost("This check was left out: your code had used up its time in the checks before it.")
+        if self.left <= 0:
+            raise Lost(USED_UP)
         self.channel = self.channel or Channel(self.sandbox)
         self.tainted = False
         try:
@@ -155,12 +157,17 @@ class Student:
         self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
         self.loaded = True
 
-    def ask(self, secret=False, **request):
-        """The answer to a request; secret: whether it holds what the student must not see. Raises FilterError."""
+    def ask(self, about, secret=False, **request):
+        """The answer to a request. Raises FilterError.
+
+        about: the student's object that it is about;  secret: whether it holds what the student must not see.
+        """
+        if self.hangs[about] >= HANGS:
+            raise Lost(USED_UP)
         self.load()
         self.tainted = self.tainted or secret
         try:
-            return self._timed(request)
+            return self._timed(request, about)
         except Lost:
             self._drop()
             raise
@@ -169,13 +176,13 @@ class Student:
         """Forget the process, so that the next request goes to one that has seen nothing."""
         self._drop()
 
-    def _timed(self, request):
+    def _timed(self, request, about=""):
         start = time.monotonic()
         allowed = min(self.call, max(self.left, 0.1))
         try:
             return self.channel.ask(request, allowed)
         except Lost:
-            self.hangs += time.monotonic() - start >= allowed * 0.95
+            self.hangs[about] += time.monotonic() - start >= allowed * 0.95
             raise
         finally:
             self.left -= time.monotonic() - start
@@ -217,14 +224,14 @@ class Stand:
     def __call__(self, *args, **options):
         request = {"name": self.__name__, "args": list(args), "options": options}
         if self.student.kinds.get(self.__name__) != "type":
-            return self.student.ask(do="call", secret=True, **request).get("value")
-        made = self.student.ask(do="make", secret=True, **request).get("made")
-        return StandFilter(self.student, made)
+            return self.student.ask(self.__name__, do="call", secret=True, **request).get("value")
+        made = self.student.ask(self.__name__, do="make", secret=True, **request).get("made")
+        return StandFilter(self.student, self.__name__, made)
 
     def map(self, calls, secret=True):
         """The results of several calls, each a tuple of arguments, in one request."""
         request = {"name": self.__name__, "calls": [list(args) for args in calls]}
-        values = self.student.ask(do="map", secret=secret, **request).get("values")
+        values = self.student.ask(self.__name__, do="map", secret=secret, **request).get("values")
         if not isinstance(values, list) or len(values) != len(calls):
             raise Lost(SPOILT)
         return values
@@ -237,18 +244,19 @@ class Stand:
             "Q": np.asarray(log.Q if Q is None else Q, float), "R": np.asarray(log.R if R is None else R, float),
             "x0": np.asarray(x0, float), "P0": np.asarray(P0, float),
         }  # fmt: skip
-        return self.student.ask(do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
+        return self.student.ask(self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
 
     def observe(self, data, secret):
         """The answer of `do_observe`: what the object does on a check's inputs."""
-        return self.student.ask(do="observe", secret=secret, name=self.__name__, data=data)
+        return self.student.ask(self.__name__, do="observe", secret=secret, name=self.__name__, data=data)
 
 
 class StandFilter:
     """Looks like one object of the student's class."""
 
-    def __init__(self, student, made):
+    def __init__(self, student, name, made):
         object.__setattr__(self, "_student", student)
+        object.__setattr__(self, "_name", name)
         object.__setattr__(self, "_made", made)
 
     def __getattr__(self, name):
@@ -256,8 +264,8 @@ class StandFilter:
             raise AttributeError(name)
         if name in ("predict", "update"):
             return lambda *args, **options: self._method(name, args, options)
-        return self._student.ask(do="get", made=self._made, name=name).get("value")
+        return self._student.ask(self._name, do="get", made=self._made, name=name).get("value")
 
     def _method(self, name, args, options):
         sent = {"made": self._made, "method": name, "args": list(args), "options": options}
-        return self._student.ask(do="method", secret=True, **sent).get("value")
+        return self._student.ask(self._name, do="method", secret=True, **sent).get("value")

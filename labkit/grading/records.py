@@ -60,6 +60,7 @@ class Result:
     source      the file it came from;  when: time of handing in, or None.
     notes       sentences on what was chosen or is odd (late, several attempts, cells missing).
     level       sandbox level that its code ran at.
+    id          the number of the submission in the gradebook.
     problem     why it could not be graded at all, or ''.
     answers     {check id: the student's text} of the written questions.
     figure      {name: array} for the picture of the feedback page, or {}.
@@ -77,6 +78,7 @@ class Result:
     marks: list = field(default_factory=list)
     answers: dict = field(default_factory=dict)
     figure: dict = field(default_factory=dict)
+    id: int = 0
 
     @property
     def points(self):

@@ -77,7 +77,9 @@ class Runner:
 
     def __init__(self, folder):
         self.folder = folder
-        environment = {**os.environ, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
+        # One thread each: the processes share the cores among themselves.
+        threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+        environment = {**os.environ, **threads, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "labkit.grading.batch"], cwd=folder, env=environment, text=True, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1,

@@ -34,8 +34,6 @@ def assemble(released, cells):
         elif cell.code:
             own[last].append(cell)
     for cell in released:
-        if cell.role == "answer" and cell.id not in answers:
-            work.notes.append(f"The answer cell '{cell.id}' is missing.")
         if cell.role == "answer" and not cell.code:
             text = answers[cell.id].source if cell.id in answers else ""
             work.answers[cell.id] = "" if text.strip() == cell.source.strip() else text[:LONGEST]

@@ -113,7 +113,7 @@ def read_hand_marks(path, results, notes=None):
         if first[1] != entry:
             wrong.append(f"line {line}: disagrees with line {first[0]} on {mark.check} of {name}; delete one")
         elif entry:
-            marks[name, mark.check] = entry
+            marks[name, where[1], mark.check] = entry
     if wrong:
         raise Problem(_listing(path, wrong, sheet.codec == "cp1252"))
     if notes is not None:
@@ -153,7 +153,7 @@ class _Written:
         name, result = of[lab]
         for mark in result.marks:
             if _key(mark.check) == check:
-                return (student, lab, check), name, mark
+                return (student, result.lab, check), name, mark
         raise ValueError(f"{name!r} has no check {cells['check']!r}; {keep}")
 
     def same(self, text, written):

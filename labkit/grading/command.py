@@ -1,0 +1,246 @@
+"""`labkit grade`: from a class's submissions to marks, feedback and a file for the LMS."""
+
+import contextlib
+import os
+import sys
+import time
+from itertools import groupby
+from pathlib import Path
+
+from . import records, run, tables
+from .collect import open_submissions, tidy
+from .gradebook import Gradebook
+from .output import write_all
+from .paper import read as read_paper
+from .records import Problem, Refused
+from .sandboxes import choose
+from .submission import assemble
+
+GRADED, SOME_NOT, CANNOT = 0, 1, 2
+
+
+def main(args):
+    """Run the command with parsed arguments; returns the exit status."""
+    try:
+        return grade(args)
+    except Problem as problem:
+        print(f"labkit grade: {problem}", file=sys.stderr)
+        return CANNOT
+    except KeyboardInterrupt:
+        print("\nStopped. All marks so far are kept: the same command goes on from here.", file=sys.stderr)
+        return 130
+
+
+def grade(args):
+    """Collect, grade what is not graded yet, and write everything out. Raises Problem."""
+    paper = read_paper(args.lab)
+    out = Path(args.out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Problem(f"{out} cannot be made: {error.strerror or error}.") from None
+    with _alone(out), contextlib.closing(Gradebook(out / "gradebook.db", args.seed)) as book:
+        book.set_paper(paper.lab, paper.digest, paper.checks)
+        take_hand_marks(book, out / "grades.csv")
+        sandbox = choose(args)
+        with open_submissions(args.submissions) as submissions, book:
+            jobs, notes = register(book, paper, submissions, sandbox, args)
+        for note in notes:
+            print(f"Note: {note}")
+        work(book, paper, sandbox, jobs, args)
+        if args.attempts == "best":
+            book.choose_best(paper.lab)
+        return write_all(book, paper, out, args)
+
+
+@contextlib.contextmanager
+def _alone(out):
+    """Only one grader may use a folder at a time; the lock goes with the process, however it ends."""
+    with open(out / ".lock", "w") as lock:
+        try:
+            import fcntl
+
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:
+            pass
+        except OSError:
+            raise Problem(f"Another labkit grade is using {out}: wait for it, or choose another --out.") from None
+        yield
+
+
+def take_hand_marks(book, path):
+    """Take the points that a person filled in in grades.csv into the gradebook. Raises Problem for bad ones."""
+    snapshots = book.written()
+    if not path.exists() or not snapshots:
+        return
+    found, notes, problem = None, [], None
+    for written in snapshots:  # the newer one first; the file may still be the one before it
+        told = []
+        try:
+            marks = tables.read_hand_marks(path, written, told)
+        except Problem as error:
+            problem = problem or error
+            continue
+        if found is None or len(marks) < len(found):
+            found, notes = marks, told
+    if found is None:
+        raise problem
+    now = {
+        (label, result.lab): result
+        for lab in book.labs()
+        for results in [list(book.results(lab))]
+        for label, result in zip(tables.labels(results), results)
+    }
+    with book:
+        for (label, lab, check), (points, reason) in found.items():
+            if (label, lab) in now:
+                book.hand(now[label, lab], check, points, reason)
+    if found:
+        print(f"Took {len(found)} mark{'s' * (len(found) > 1)} from {path.name}.")
+    for note in notes:
+        print(f"Note: {note}")
+
+
+def register(book, paper, submissions, sandbox, args):
+    """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
+    entries, unfits, notes = submissions.survey(paper.lab)
+    kinds = {cell.id: cell.code for cell in paper.released if cell.role == "answer"}
+    jobs, older = [], 0
+    # What was to be graded anew when the grader was killed is entered already, and goes on.
+    regrade = [] if book.unfinished(paper.lab) else args.regrade
+    for (student, identifier), group in groupby(entries, key=lambda e: (e.student, e.identifier)):
+        attempts, chosen = list(group), None
+        picked, why = pick(attempts, args)
+        for entry, told in picked:
+            late = is_late(entry, args.due)
+            about = (paper.lab, student, identifier, entry.source)
+            try:
+                cells, digest = submissions.read(entry)
+                cells, odd = tidy(cells, kinds)
+            except Refused as error:
+                why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
+                continue
+            told = [*entry.notes, *odd, *told]
+            id, done, graded_by = book.find(paper.lab, student, identifier, digest) or (None, False, "")
+            if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
+                written = assemble(paper.released, cells).answers
+                id, done = book.add(*about, digest, paper.digest, entry.when, late, told, written, sandbox.level), False
+            elif done:
+                older += graded_by != paper.digest
+            if not done:
+                work = assemble(paper.released, cells)
+                key = f"{student}\n{identifier}"
+                jobs.append(run.Job(id, key, work.cells, work.sources, frozenset(book.marked(id))))
+            book.choose(id, told, late)
+            chosen = id
+            if args.attempts != "best":
+                break
+        if chosen is None:
+            refuse(book, paper, attempts[-1], why or "It could not be read.")
+    for unfit in unfits:
+        refuse(book, paper, unfit, unfit.reason)
+    if older:
+        notes.append(
+            f"The checks of this lab have changed since {older} submission{'s were' if older > 1 else ' was'} graded; "
+            "--regrade all grades them anew."
+        )
+    return jobs, notes
+
+
+def refuse(book, paper, entry, reason):
+    """Enter a submission that cannot be graded, once."""
+    about = (paper.lab, entry.student, entry.identifier, entry.source)
+    known = book.find(paper.lab, entry.student, entry.identifier, reason)
+    id = known[0] if known else book.add(*about, reason, paper.digest, entry.when, False, [], {}, 0, reason)
+    book.choose(id, [], False)
+
+
+def pick(attempts, args):
+    """([(entry, notes)] to be tried in turn until one can be graded, why none if none)."""
+    counting = attempts
+    if args.late == "ignore":
+        counting = [entry for entry in attempts if not is_late(entry, args.due)]
+        if not counting:
+            return [], "It was handed in late, and late hand-ins do not count."
+    order = counting if args.attempts == "first" else counting[::-1]
+    told = []
+    if len(attempts) > 1:
+        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[args.attempts]
+        told = [f"{len(attempts)} attempts: {rule}."]
+    return [(entry, told + ["Handed in late."] * is_late(entry, args.due)) for entry in order], ""
+
+
+def is_late(entry, due):
+    return bool(entry.late or due and entry.when and entry.when > due)
+
+
+def again(regrade, student, identifier):
+    """Whether the instructor asked for this student to be graded anew."""
+    return any(name in ("all", student, identifier, f"{student} ({identifier})") for name in regrade or ())
+
+
+def work(book, paper, sandbox, jobs, args):
+    """Grade the jobs; each mark goes into the gradebook as it comes."""
+    if not jobs:
+        return
+    room = run.Room(paper, book.seed, run.way(sandbox), {"call": args.call, "total": args.total})
+    if args.scheduler:
+        from .cluster import remote
+
+        news = remote(room, jobs, args.scheduler)
+    else:
+        news = run.local(room, jobs, args.jobs)
+    progress = Progress(len(jobs))
+    for kind, id, item in news:
+        if kind == "mark":
+            book.mark(id, item["check"], item["points"], item["status"], item.get("reason", ""),
+                      item.get("lines", ()), item.get("mistake", ""))  # fmt: skip
+            continue
+        if kind == "lost":
+            for mark in run.lost(paper, item):
+                book.mark(id, *mark)
+            item = None
+        book.finish(id, item)
+        progress.tell(book.result(id))
+    progress.end()
+
+
+class Progress:
+    """A line for each student, and on a terminal a bar with the time that is left."""
+
+    def __init__(self, total):
+        self.total, self.done, self.start = total, 0, time.monotonic()
+        self.bar = sys.stderr.isatty()
+        self._draw()
+
+    def tell(self, result):
+        self.done += 1
+        if self.bar:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+        said = f"{tables.plain(result.points)} of {tables.plain(result.max_points)}"
+        waiting = f", {result.open} to be read" if result.open else ""
+        errors = sum(mark.status == records.ERROR for mark in result.marks)
+        trouble = f", {errors} checks could not be run" if errors else ""
+        print(f"{tables.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
+        self._draw()
+
+    def _draw(self):
+        if not self.bar:
+            return
+        filled = round(24 * self.done / self.total)
+        spent = time.monotonic() - self.start
+        left = spent / self.done * (self.total - self.done) if self.done else None
+        text = f"{int(left) // 60}:{int(left) % 60:02d} left" if left is not None else "starting"
+        sys.stderr.write(f"\r\x1b[K[{'#' * filled}{'-' * (24 - filled)}] {self.done} of {self.total}, {text}")
+        sys.stderr.flush()
+
+    def end(self):
+        if self.bar:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+
+
+def cores():
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,71 @@
+"""Everything that a grading run leaves for people: tables, pages, and the LMS's own file filled in."""
+
+from itertools import groupby
+from pathlib import Path
+
+from . import lms, tables
+from .class_page import class_page
+from .figures import Drawer
+from .pages import feedback_page, file_name, to_mark_page
+
+
+def write_all(book, paper, out, args):
+    """Write all files into the folder `out`, print a summary, and return the exit status."""
+    results = [result for lab in book.labs() for result in book.results(lab)]
+    book.wrote(results)
+    tables.write_grades(out / "grades.csv", results)
+    tables.write_summary(out / "summary.csv", results)
+    mine = [result for result in results if result.lab == paper.lab]
+    pages = feedback(book, paper, out, mine)
+    title = paper.title
+    write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, title, pages))
+    write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, title))
+    told = []
+    if args.moodle:
+        told += lms.fill_moodle(
+            args.moodle, out / "moodle.csv", mine, args.grade_column, args.feedback_column, args.partial
+        )
+    if args.canvas:
+        told += lms.fill_canvas(args.canvas, out / "canvas.csv", mine, title, args.column, args.partial)
+    return summary(mine, out, paper, told)
+
+
+def feedback(book, paper, out, results):
+    """Write a page for each student; returns {label: file name} of them."""
+    folder = out / "feedback" / paper.lab
+    folder.mkdir(parents=True, exist_ok=True)
+    drawer, pages, taken = Drawer(), {}, set()
+    for label, result in zip(tables.labels(results), results):
+        result.figure = book.figure(result.id)
+        name = file_name(label, taken)
+        write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
+        result.figure, pages[label] = {}, name
+    return pages
+
+
+def write(path, text):
+    """A page, whole or not at all."""
+    tables.replace(Path(path), text.encode("utf-8", "replace"))
+
+
+def summary(results, out, paper, told):
+    """Print what came of it; 0 if every submission could be graded, else 1."""
+    graded = [result for result in results if not result.problem]
+    unfit = [result for result in results if result.problem]
+    broken = [(r, m) for r in graded for m in r.marks if m.status == "error"]
+    most = max((result.max_points for result in graded), default=0)
+    print()
+    print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
+    if graded:
+        mean = sum(result.points for result in graded) / len(graded)
+        print(f"Mean {mean:.1f} of {tables.plain(most)} points so far;", end=" ")
+        print(f"{sum(result.open for result in graded)} written answers to be read (points go into {out / 'grades.csv'}).")
+    for result in unfit:
+        print(f"Could not be graded: {tables.clean(result.student)}: {result.problem}")
+    for reason, group in groupby(sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason):
+        group = list(group)
+        print(f"{len(group)} checks could not be run, the first of {tables.clean(group[0][0].student)}, {group[0][1].check}: {reason}")
+    for sentence in told:
+        print(sentence)
+    print(f"See {out / f'class-{paper.lab}.html'} for the class, {out / f'to-mark-{paper.lab}.html'} for the written answers.")
+    return 1 if unfit or broken else 0

@@ -1,0 +1,122 @@
+"""Hostile and broken code: no wrong answer gets a mark, nothing leaks, nothing is harmed, the others' marks stay."""
+
+import csv
+import html
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from classroom import LAB, answers, as_file, filled
+from hostile import CODE
+from reference import ROOT
+
+pytest.importorskip("nbval")
+pytestmark = pytest.mark.slow
+
+KINDS = {  # what the outcomes of hostile.py are made of
+    "parts": {"check-stack", "grade-stack", "check-repeat", "grade-repeat"},
+    "stack": {"check-stack", "grade-stack"},
+    "blind": {"grade-no-landmark"},
+    "check": {"check-kf"},
+    "filter": {"grade-other-map", "grade-other-noise", "grade-one-landmark", "grade-many", "grade-honest"},
+}
+
+
+def levels():
+    """The sandbox levels that this machine reaches."""
+    from labkit.grading.sandboxes import look
+
+    return sorted({found.sandbox.level for found in look() if found.sandbox}, reverse=True)
+
+
+def test_this_machine_has_a_sandbox():
+    if os.environ.get("LABKIT_REQUIRE_SANDBOX") == "1":
+        assert max(levels(), default=0) >= 3
+
+
+@pytest.fixture(scope="module", params=[4, 3, 2])
+def graded(request, tmp_path_factory):
+    """(rows of grades.csv by student, the folder of results, the canary folder) of the whole corpus at one level."""
+    if request.param not in levels():
+        pytest.skip(f"this machine has no sandbox of level {request.param}")
+    base = tmp_path_factory.mktemp("corpus")
+    canary = base / "canary"
+    canary.mkdir()
+    canary.chmod(0o777)
+    places = f"SOLUTION = {str(ROOT / 'solutions' / (LAB + '.py'))!r}\nCANARY = {str(canary)!r}\n"
+    right = answers()["answer-kf"]
+    for name, before, after, *_ in CODE:
+        book = filled(answer_kf=f"{places}{before}\n\n{right}\n\n{after}\n")
+        as_file(base / "class" / re.sub(r"\W", "-", name) / f"{LAB}.ipynb", book)
+    for name in ("aaa honest", "zzz honest"):
+        as_file(base / "class" / name / f"{LAB}.ipynb", filled())
+    done = labkit("grade", base / "class", "--lab", LAB, "--out", base / "out", "--level", request.param,
+                  "--call", "4", "--total", "16", canary=str(canary))  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = {}
+    with open(base / "out" / "grades.csv", encoding="utf-8-sig", newline="") as file:
+        for row in csv.DictReader(file):
+            rows.setdefault(row["student"], []).append(row)
+    return rows, base / "out", canary
+
+
+def labkit(*arguments, canary=""):
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", "LABKIT_CANARY": canary}
+    command = [sys.executable, "-m", "labkit", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=env, timeout=900)
+
+
+@pytest.mark.parametrize("case", CODE, ids=[case[0] for case in CODE])
+def test_a_case_has_its_outcome(graded, case):
+    rows, _, _ = graded
+    name, _, _, outcome, words = case
+    marks = [row for row in rows[re.sub(r"\W", "-", name)] if row["status"] != "open"]
+    passed = {row["check"] for row in marks if row["status"] == "passed"}
+    reasons = "\n".join(row["reason"] for row in marks)
+    assert {row["status"] for row in marks} <= {"passed", "failed", "not run"}, reasons
+    if outcome is not None:
+        assert passed == set().union(*(KINDS[kind] for kind in outcome)), reasons
+    assert passed == {row["check"] for row in marks} or words in reasons
+    assert all(row["points"] == "0" for row in marks if row["status"] != "passed")
+
+
+@pytest.mark.parametrize("student", ["aaa honest", "zzz honest"])
+def test_the_others_get_their_points(graded, student):
+    rows, _, _ = graded
+    assert all(row["status"] in ("passed", "open") for row in rows[student])
+
+
+def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
+    rows, _, _ = graded
+    assert any(row["status"] == "failed" for row in rows["right-at-first--wrong-later"])
+
+
+def test_nothing_hidden_reaches_a_student(graded):
+    rows, out, _ = graded
+    pages = {path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")}
+    assert len(pages) == len(CODE) + 2
+    for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
+        assert "TOLD" not in row["reason"]
+    for page in pages.values():
+        assert not re.search(r"SEEN [1-9]", page)
+        hidden = page.split("hidden check")[1:]
+        assert not any("TOLD" in part[:600] for part in hidden)
+        assert "exam." not in page and "drive(" not in page and "BEGIN SOLUTION" not in page
+
+
+def test_nothing_outside_is_touched(graded):
+    _, _, canary = graded
+    assert list(canary.iterdir()) == []
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="only Linux lists processes there")
+def test_no_process_is_left(graded):
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            command = process.joinpath("cmdline").read_bytes()
+        except OSError:
+            continue
+        assert b"labkit.grading.inside" not in command, command
