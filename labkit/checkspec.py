@@ -61,13 +61,23 @@ def definitions(root):
 
 
 def answers(root, lab):
-    """The imports of the setup cell and the answer cells of a solution, as one source."""
+    """The answer cells of a solution and what they need of the setup cell's imports, as one source."""
     text = (Path(root) / "solutions" / f"{lab}.py").read_text(encoding="utf-8")
     cells = [part.partition("\n")[::2] for part in re.split(r"^# %%", text, flags=re.MULTILINE)]
     cells = [(head, body) for head, body in cells if "[markdown]" not in head]
-    setup = ast.parse("\n".join(body for head, body in cells if '"setup' in head)).body
-    imports = [ast.unparse(node) for node in setup if isinstance(node, ast.Import | ast.ImportFrom)]
-    return "\n".join(imports + [body for head, body in cells if '"answer' in head])
+    setup = "\n".join(body for head, body in cells if '"setup' in head)
+    body = "\n".join(body for head, body in cells if '"answer' in head)
+    return imports(setup, set(re.findall(r"\w+", body))) + "\n" + body
+
+
+def imports(source, needed):
+    """The imports in a source of any of the `needed` names: matplotlib, for one, takes a second to load."""
+    lines = []
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            node.names = [name for name in node.names if (name.asname or name.name) in needed]
+            lines += [ast.unparse(node)] if node.names else []
+    return "\n".join(lines)
 
 
 def build(source, form, name):

@@ -11,8 +11,6 @@ import sys
 import threading
 from pathlib import Path
 
-import nbformat
-
 CELL_SECONDS = 120  # more than all of one student's time
 
 
@@ -25,35 +23,34 @@ def notebook(paper, done):
         f"from labkit.grading.examination import Examination\n"
         f"examination = Examination('.', {paper.exam}, get_ipython())"
     )
-    cells = [_setup(paper.setup), _setup(start)]
+    cells = [_setup(paper.setup, "setup"), _setup(start, "start")]
     for number, marked in enumerate(done):
         for cell in paper.cells:
             if cell.id in marked:
                 continue
             source = f"examination.begin({number}, {cell.id!r}, globals())\n{cell.source}"
-            outputs = [nbformat.v4.new_output("stream", name="stdout", text=cell.printed)] if cell.printed else []
-            cells.append(
-                nbformat.v4.new_code_cell(
-                    source, outputs=outputs, execution_count=1, id=f"s{number}-{cell.id}",
-                    metadata={"grading": {"number": number, "check": cell.id}},
-                )
-            )  # fmt: skip
-    cells.append(_setup("examination.end()"))
-    made = nbformat.v4.new_notebook(cells=cells)
-    made.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    return made
+            about = {"grading": {"number": number, "check": cell.id}}
+            cells.append(_code(source, f"s{number}-{cell.id}", about, cell.printed))
+    cells.append(_setup("examination.end()", "end"))
+    return {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
 
 
-def _setup(source):
-    return nbformat.v4.new_code_cell(source, execution_count=1, metadata={"tags": ["nbval-ignore-output"]})
+def _setup(source, id):
+    return _code(source, id, {"tags": ["nbval-ignore-output"]})
+
+
+def _code(source, id, metadata, printed=""):
+    outputs = [{"output_type": "stream", "name": "stdout", "text": printed}] if printed else []
+    # nbval compares only cells that have been run once.
+    return {"cell_type": "code", "id": id, "metadata": metadata, "source": source, "outputs": outputs,
+            "execution_count": 1}  # fmt: skip
 
 
 def grade(folder, news):
     """Run the check notebook in `folder` and give each mark to `news`."""
-    import pytest
-
     from .recorder import Recorder
 
+    pytest = ready()
     batch = json.loads((Path(folder) / "batch.json").read_text(encoding="utf-8"))
     points = {check["id"]: check["points"] for check in batch["checks"] if check["points"] is not None}
     arguments = [
@@ -61,6 +58,17 @@ def grade(folder, news):
         "-p", "nbval.plugin", "-p", "no:cacheprovider", "--color=no", "--tb=line", "-c", os.devnull, f"--rootdir={folder}",
     ]  # fmt: skip
     return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
+
+
+def ready():
+    """Load what grading needs; returns pytest."""
+    # jsonschema looks for it to check internet addresses, which notebooks' metadata have none of; that it reads
+    # its grammar takes longer than all else here.
+    sys.modules.setdefault("rfc3987_syntax", None)
+    import nbval.plugin  # noqa: F401
+    import pytest
+
+    return pytest
 
 
 def main():
@@ -75,6 +83,7 @@ def main():
         except OSError:  # the grader is gone
             os._exit(1)
 
+    ready()  # while the grader is still looking at what was handed in
     lines = iter(sys.stdin.readline, "")
     for line in lines:
         folder = json.loads(line)["folder"]

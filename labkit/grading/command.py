@@ -1,8 +1,10 @@
 """`labkit grade`: from a class's submissions to marks, feedback and a file for the LMS."""
 
 import contextlib
+import importlib
 import os
 import sys
+import threading
 import time
 from itertools import groupby
 from pathlib import Path
@@ -10,7 +12,6 @@ from pathlib import Path
 from . import records, run, tables
 from .collect import open_submissions, tidy
 from .gradebook import Gradebook
-from .output import write_all
 from .paper import read as read_paper
 from .records import Problem, Refused
 from .sandboxes import choose
@@ -39,17 +40,25 @@ def grade(args):
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise Problem(f"{out} cannot be made: {error.strerror or error}.") from None
-    with _alone(out), contextlib.closing(Gradebook(out / "gradebook.db", args.seed)) as book:
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(_alone(out))
+        book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
+        here = stack.enter_context(run.Local(args.jobs)) if not args.scheduler else None
         sandbox = choose(args)
         with open_submissions(args.submissions) as submissions, book:
             jobs, notes = register(book, paper, submissions, sandbox, args)
         for note in notes:
             print(f"Note: {note}")
-        work(book, paper, sandbox, jobs, args)
+        loading = threading.Thread(target=importlib.import_module, args=("labkit.grading.output",))
+        loading.start()  # matplotlib takes a second
+        work(book, paper, sandbox, jobs, here, args)
+        loading.join()
         if args.attempts == "best":
             book.choose_best(paper.lab)
+        from .output import write_all
+
         return write_all(book, paper, out, args)
 
 
@@ -179,7 +188,7 @@ def again(regrade, student, identifier):
     return any(name in ("all", student, identifier, f"{student} ({identifier})") for name in regrade or ())
 
 
-def work(book, paper, sandbox, jobs, args):
+def work(book, paper, sandbox, jobs, here, args):
     """Grade the jobs; each mark goes into the gradebook as it comes."""
     if not jobs:
         return
@@ -189,7 +198,7 @@ def work(book, paper, sandbox, jobs, args):
 
         news = remote(room, jobs, args.scheduler)
     else:
-        news = run.local(room, jobs, args.jobs)
+        news = here.grade(room, jobs)
     progress = Progress(len(jobs))
     for kind, id, item in news:
         if kind == "mark":

@@ -93,6 +93,8 @@ class Examination:
             return {"reason": first, "lines": rest}
         if error.kind == "NotImplementedError":
             return {"reason": "This part is still to be written."}
+        if error.kind == "FilterError":
+            return {"reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."}
         kind = error.kind if isinstance(getattr(builtins, error.kind, None), type) else "problem of its own"
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
         if error.place is None:

@@ -125,8 +125,8 @@ class Exam:
         student = subject.student
         try:
             return checks.decide(data, _traces(data, subject.observe(_inputs(data), secret=False)))
-        except (FilterError, CheckFailed):
-            if not student.tainted:
+        except (FilterError, CheckFailed) as error:
+            if isinstance(error, Lost) or not student.tainted:
                 raise
         student.renew()  # what its process says now could tell what it has seen: ask one that has seen nothing
         return checks.decide(data, _traces(data, subject.observe(_inputs(data), secret=False)))

@@ -3,11 +3,11 @@
 import ast
 import hashlib
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
-import nbformat
-
+from ..checkspec import imports
 from ..notebook import cells_of
 from .examine import ROOT
 from .records import Check, Problem
@@ -24,6 +24,17 @@ class CheckCell:
     source: str
     printed: str
     uses: tuple
+
+
+class _Cell:
+    """A cell of our own solution notebook, read without nbformat, which takes two seconds to load."""
+
+    def __init__(self, stored):
+        self.id, self.metadata, self.code = stored["id"], stored["metadata"], stored["cell_type"] == "code"
+        self.source, self.tags = "".join(stored["source"]), self.metadata.get("tags", [])
+        self.role = self.metadata.get("labkit", "")
+        streams = [out for out in stored.get("outputs", []) if out.get("name") == "stdout"]
+        self.printed = "".join("".join(out["text"]) for out in streams)
 
 
 @dataclass(frozen=True)
@@ -49,49 +60,41 @@ def read(lab, root=ROOT):
     if not solution.is_file() or not student.is_file():
         known = ", ".join(sorted(p.stem for p in (Path(root) / "solutions").glob("[0-9]*.ipynb")))
         raise Problem(f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}.")
-    book = nbformat.read(solution, as_version=4)
+    book = [_Cell(cell) for cell in json.loads(solution.read_text(encoding="utf-8"))["cells"]]
     released = cells_of(json.loads(student.read_text(encoding="utf-8")), student)
     shown = {cell.id for cell in released}
-    subjects = _defined([cell.source for cell in book.cells if _role(cell) == "answer" and cell.cell_type == "code"])
+    subjects = _defined([cell.source for cell in book if cell.role == "answer" and cell.code])
     setup, cells, checks = [], [], []
-    for cell in book.cells:
+    needed = {word for cell in book if cell.code and "hidden" in cell.tags for word in re.findall(r"\w+", cell.source)}
+    for cell in book:
         marks = cell.metadata.get("nbgrader", {})
-        hidden = "hidden" in cell.metadata.get("tags", [])
-        if cell.cell_type == "code" and _role(cell) == "setup":
-            setup.append(cell.source if hidden else _imports(cell.source))
-        elif cell.cell_type == "code" and hidden or marks.get("grade") and cell.cell_type == "code":
+        hidden = "hidden" in cell.tags
+        if cell.code and cell.role == "setup":
+            setup.append(cell.source if hidden else imports(cell.source, needed))
+        elif cell.code and hidden or marks.get("grade") and cell.code:
             points = float(marks["points"]) if marks.get("grade") else None
             title = cell.metadata.get("title", cell.id)
-            printed = "".join(o.text for o in cell.outputs if o.output_type == "stream" and o.name == "stdout")
-            if points is not None and not printed:
+            if points is not None and not cell.printed:
                 raise Problem(f"{solution.name}: the check '{cell.id}' has no output to compare with: run `labkit build`.")
-            cells.append(CheckCell(cell.id, title, points, hidden, cell.source, printed, _uses(cell.source, subjects)))
+            uses = _uses(cell.source, subjects)
+            cells.append(CheckCell(cell.id, title, points, hidden, cell.source, cell.printed, uses))
             if points is not None:
                 checks.append(Check(cell.id, title, points, hidden=hidden))
         elif marks.get("grade"):
-            rubric = next((c.source for c in book.cells if c.id == cell.id.replace("answer", "rubric")), "")
+            rubric = next((c.source for c in book if c.id == cell.id.replace("answer", "rubric")), "")
             title = cell.metadata.get("title", cell.id)
-            question = _question(book.cells, cell.id)
+            question = _question(book, cell.id)
             checks.append(Check(cell.id, title, float(marks["points"]), True, False, question, rubric))
     if not any(not check.hand for check in checks):
         raise Problem(f"{solution.name} has no check with points.")
     cells.sort(key=lambda cell: cell.points is not None)  # figures first, before anything secret is asked
-    title = next((c.source.lstrip("# ").splitlines()[0] for c in book.cells if c.source.startswith("# ")), lab)
+    title = next((c.source.lstrip("# ").splitlines()[0] for c in book if c.source.startswith("# ")), lab)
     parts = [setup, [(c.id, c.source, c.printed, c.points) for c in cells], [c.source for c in released]]
     digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
     missing = [c.id for c in checks if not c.hidden and c.id not in shown]
     if missing:
         raise Problem(f"notebooks/{lab}.ipynb lacks {missing[0]}: run `labkit build`.")
     return Paper(lab, title, "\n".join(setup), "exam", cells, checks, released, subjects, digest)
-
-
-def _role(cell):
-    return cell.metadata.get("labkit", "")
-
-
-def _imports(source):
-    """The imports of a set-up cell: what else it does is for students, and may need their files."""
-    return "\n".join(ast.unparse(n) for n in ast.parse(source).body if isinstance(n, ast.Import | ast.ImportFrom))
 
 
 def _defined(sources):
@@ -108,5 +111,5 @@ def _uses(source, subjects):
 def _question(cells, id):
     """The text before an answer cell: the question."""
     at = next(i for i, cell in enumerate(cells) if cell.id == id)
-    texts = [c.source for c in cells[:at] if c.cell_type == "markdown" and "Question" in c.source]
+    texts = [c.source for c in cells[:at] if not c.code and "Question" in c.source]
     return texts[-1] if texts else ""

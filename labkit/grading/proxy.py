@@ -130,6 +130,7 @@ class Student:
     def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
         self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
         self.call, self.left, self.hangs = call, float(total), Counter()
+        self.stuck = {}  # what was said when that happened
         self.channel, self.fresh = spare, True
         self.kinds, self.problems = {}, []
         self.loaded, self.why_lost = False, ""
@@ -163,7 +164,7 @@ class Student:
         about: the student's object that it is about;  secret: whether it holds what the student must not see.
         """
         if self.hangs[about] >= HANGS:
-            raise Lost(USED_UP)
+            raise Lost(f"This check was left out. In the checks before it: {self.stuck[about]}")
         self.load()
         self.tainted = self.tainted or secret
         try:
@@ -181,8 +182,9 @@ class Student:
         allowed = min(self.call, max(self.left, 0.1))
         try:
             return self.channel.ask(request, allowed)
-        except Lost:
+        except Lost as error:
             self.hangs[about] += time.monotonic() - start >= allowed * 0.95
+            self.stuck[about] = error
             raise
         finally:
             self.left -= time.monotonic() - start

@@ -12,7 +12,6 @@ import threading
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import nbformat
 import numpy as np
 
 from . import batch, records
@@ -59,7 +58,8 @@ def write_batch(folder, room, jobs, runtime):
         "students": [{"key": j.key, "cells": j.cells, "sources": j.sources} for j in jobs],
     }  # fmt: skip
     Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
-    nbformat.write(batch.notebook(paper, [job.done for job in jobs]), Path(folder, "checks.ipynb"))
+    notebook = batch.notebook(paper, [job.done for job in jobs])
+    Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
 
 
 def take_figures(folder, jobs):
@@ -111,71 +111,69 @@ class Runner:
         self.process.wait()
 
 
-def local(room, jobs, workers):
-    """Grade on this machine with so many processes; yields as Runner.grade does."""
-    waiting, news = queue.SimpleQueue(), queue.Queue(maxsize=1000)
-    todo = batches(jobs, workers)
-    for one in todo:
-        waiting.put((one, 1))
-    with tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True) as folder:
-        # Students' workers, which may be another user, read the runtime; nobody reads the rest.
-        os.chmod(folder, 0o711)
-        runtime = make_runtime(Path(folder, "runtime"))
-        scratch = Path(folder, "batches")
-        scratch.mkdir(mode=0o700)
-        threads = [
-            threading.Thread(target=_work, args=(scratch, room, waiting, news, runtime), daemon=True)
-            for _ in range(min(workers, len(todo)))
-        ]
-        for thread in threads:
-            thread.start()
-        running = len(threads)
-        while running:
+class Local:
+    """This machine's processes, which load while the grader still looks at what was handed in."""
+
+    def __init__(self, workers):
+        self._folder = tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True)
+        # Students' workers, which may be another user, read the runtime; nobody else reads the rest.
+        os.chmod(self._folder.name, 0o711)
+        self.runtime = make_runtime(Path(self._folder.name, "runtime"))
+        self._scratch = Path(self._folder.name, "batches")
+        self._scratch.mkdir(mode=0o700)
+        self._workers, self._runners = workers, [Runner(self._scratch)]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        for runner in self._runners:
+            runner.end()
+        self._folder.cleanup()
+
+    def grade(self, room, jobs):
+        """Grade all jobs; yields as Runner.grade does."""
+        waiting, news = queue.SimpleQueue(), queue.Queue(maxsize=1000)
+        todo = batches(jobs, self._workers)
+        for one in todo:
+            waiting.put((one, 1))
+        busy = min(self._workers, len(todo))
+        self._runners += [Runner(self._scratch) for _ in range(busy - len(self._runners))]
+        for number in range(busy):
+            threading.Thread(target=self._work, args=(number, room, waiting, news), daemon=True).start()
+        while busy:
             item = news.get()
             if item is None:
-                running -= 1
+                busy -= 1
             else:
                 yield item
 
-
-def _work(scratch, room, waiting, news, runtime):
-    runner = None
-    try:
-        while True:
-            try:
-                jobs, tries = waiting.get_nowait()
-            except queue.Empty:
-                return
-            runner = runner or Runner(scratch)
-            try:
-                for item in runner.grade(room, jobs, runtime):
-                    news.put(item)
-            except (OSError, ValueError) as error:
-                runner.end()
-                runner = None
-                if tries < TRIES:
-                    waiting.put((jobs, tries + 1))
-                else:
-                    for job in jobs:
-                        news.put(("lost", job.id, f"The grading process ended twice: {error}."))
-    finally:
-        if runner:
-            runner.end()
-        news.put(None)
+    def _work(self, number, room, waiting, news):
+        try:
+            while True:
+                try:
+                    jobs, tries = waiting.get_nowait()
+                except queue.Empty:
+                    return
+                try:
+                    for item in self._runners[number].grade(room, jobs, self.runtime):
+                        news.put(item)
+                except (OSError, ValueError) as error:
+                    self._runners[number].end()
+                    self._runners[number] = Runner(self._scratch)
+                    if tries < TRIES:
+                        waiting.put((jobs, tries + 1))
+                    else:
+                        for job in jobs:
+                            news.put(("lost", job.id, f"The grading process ended twice: {error}."))
+        finally:
+            news.put(None)
 
 
 def grade_batch(room, jobs):
     """Grade one batch in a process of this machine and return all its news: what a cluster's worker runs."""
-    with tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True) as folder:
-        os.chmod(folder, 0o711)
-        runtime = make_runtime(Path(folder, "runtime"))
-        scratch = Path(folder, "batches")
-        scratch.mkdir(mode=0o700)
-        runner = Runner(scratch)
-        try:
-            return list(runner.grade(room, jobs, runtime))
-        finally:
-            runner.end()
+    with Local(1) as here:
+        return list(here.grade(room, jobs))
 
 
 def way(sandbox):

@@ -96,6 +96,8 @@ def _rebuilt(stored, raw, used, depth):
         raise Garbage("it is nested too deeply")
     if isinstance(stored, list):
         return [_rebuilt(item, raw, used, depth + 1) for item in stored]
+    if isinstance(stored, str):
+        return stored.encode("utf-8", "replace").decode("utf-8")  # half an emoji is no text
     if not isinstance(stored, dict):
         return stored
     if len(stored) != 1:
