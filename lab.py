@@ -4,7 +4,8 @@
   python3 lab.py                        set up, then open JupyterLab on lab 1
   python3 lab.py setup                  set up only
   python3 lab.py test [ARGS]            run all tests; ARGS go to pytest
-  python3 lab.py check|data|build ...   run the labkit command (--help after it tells more)
+  python3 lab.py check|data ...         run the labkit command (--help after it tells more)
+  python3 lab.py grade|release|sandbox|build ...   the same, for instructors
   python3 lab.py --help                 show this text
 
 Other options, such as --no-browser or --port=9000, go to JupyterLab.
@@ -36,6 +37,8 @@ STAMP = os.path.join(VENV, "labkit.json")
 LAB_NEEDS, TEST_NEEDS = "requirements.txt", "tests/requirements.txt"
 # Files that pip copies into the environment, so that a change in them calls for a new set-up.
 COPIED = ("pyproject.toml", "labkit/jupyter/overrides.json")
+# What instructors run, with what the tests need too: pytest and nbval mark the notebooks.
+FULL = ("build", "grade", "release", "sandbox")
 FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.
@@ -272,10 +275,12 @@ def main(arguments):
         raise Problem(wrong_python())
     if command == "setup" and not rest:
         return set_up(LAB_NEEDS)
+    if command in ("test",) + FULL and not os.path.exists(os.path.join(HOME, TEST_NEEDS)):
+        raise Problem("this is the students' kit: lab.py %s is in the full one" % command)
     if command == "test":
         return run_tests(rest)
-    if command in ("check", "data", "build"):
-        set_up(TEST_NEEDS if command == "build" else LAB_NEEDS)
+    if command in ("check", "data") + FULL:
+        set_up(TEST_NEEDS if command in FULL else LAB_NEEDS)
         return hand_over([program("labkit")] + arguments)
     if command and not command.startswith("-"):
         raise Problem("unknown command %s: see `python3 lab.py --help`" % " ".join(arguments))

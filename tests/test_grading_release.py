@@ -263,7 +263,7 @@ def in_checkdata(project):
     path.write_text(json.dumps(data), encoding="utf-8")
 
 
-LAB1, LAB2 = (f"solutions/{lab}.py" for lab in LABS[:2])
+LAB1 = f"solutions/{LABS[0]}.py"
 LEAKS = {
     "a solution in a document": (
         add("docs/students.md", "> K = np.linalg.solve(S, H @ self.Pk_k).T"),
@@ -273,9 +273,9 @@ LEAKS = {
         add("labkit/grading/student_readme.md", "return np.kron(\n    np.eye( p ), R)"),
         "README.md holds `return np.kron(np.eye(p), R)`, which is secret in " + LAB1,
     ),
-    "a model answer in the package": (
-        add("labkit/robot.py", "# The error may wander, but it stays within\n the 3σ bounds, which widen as fast:"),
-        "which is secret in " + LAB2 + ", cell 'answer-q5'",
+    "a model answer, wrapped anew": (
+        add("labkit/robot.py", "# Being inside is cheap\n when the ellipse is large; and so on"),
+        "which is secret in " + LAB1 + ", cell 'answer-q1'",
     ),
     "a graded check": (
         add("labkit/world.py", 'exam.same_run(KF, drive(exam.rng(), Map([])), "without any landmark")'),

@@ -14,7 +14,7 @@ from ..log import History, Log
 from ..plots import BLUE, ORANGE, ErrorPanel, MapPanel, limits
 from ..world import Landmark, Map
 
-FILE_LIMIT, DRAWN, LANDMARKS = 1_000_000, 1000, 300  # [numbers] accepted; [points] drawn in a line; [landmarks]
+ACCEPTED, DRAWN, LANDMARKS = 1_000_000, 1000, 300  # [numbers] accepted; [points] drawn in a line; [landmarks]
 WORLD, FAR = 1e5, 1e4  # [m] how large a course's world may be; how far off the picture a line may go on
 SIZE, DPI = (7.4, 3.6), 150  # inches; sharp on a screen with two pixels to the point
 COLORS = 64  # flat colours and their soft edges need no more, and a palette makes the file small
@@ -130,7 +130,7 @@ def _encoded(canvas):
 def _numbers(figure, name, ndim):
     """A copy of an array as floats; ValueError or KeyError if it is none."""
     array = np.array(figure[name], dtype=float)
-    _need(array.ndim == ndim and 0 < array.size <= FILE_LIMIT or name == "landmarks" and array.size == 0)
+    _need(array.ndim == ndim and 0 < array.size <= ACCEPTED or name == "landmarks" and array.size == 0)
     return array if array.size else np.empty((0, 2))
 
 
