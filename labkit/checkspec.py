@@ -60,22 +60,27 @@ def definitions(root):
     return package.CHECKS
 
 
-def answers(root, lab):
-    """The answer cells of a solution and what they need of the setup cell's imports, as one source."""
+def answers(root, lab, forms=None):
+    """The imports of the setup cell and the answer cells of a solution, as one source.
+
+    forms: if they are known, only the imports that they or the answers need.
+    """
     text = (Path(root) / "solutions" / f"{lab}.py").read_text(encoding="utf-8")
     cells = [part.partition("\n")[::2] for part in re.split(r"^# %%", text, flags=re.MULTILINE)]
     cells = [(head, body) for head, body in cells if "[markdown]" not in head]
     setup = "\n".join(body for head, body in cells if '"setup' in head)
     body = "\n".join(body for head, body in cells if '"answer' in head)
-    return imports(setup, set(re.findall(r"\w+", body))) + "\n" + body
+    needed = None if forms is None else set(re.findall(r"\w+", body + repr(forms)))
+    return imports(setup, needed) + "\n" + body
 
 
 def imports(source, needed):
-    """The imports in a source of any of the `needed` names: matplotlib, for one, takes a second to load."""
+    """The imports in a source, of the `needed` names if not None: matplotlib, for one, takes a second to load."""
     lines = []
     for node in ast.parse(source).body:
         if isinstance(node, ast.Import | ast.ImportFrom):
-            node.names = [name for name in node.names if (name.asname or name.name) in needed]
+            names = node.names
+            node.names = [n for n in names if needed is None or (n.asname or n.name) in needed]
             lines += [ast.unparse(node)] if node.names else []
     return "\n".join(lines)
 

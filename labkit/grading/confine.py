@@ -31,7 +31,8 @@ def confine(landlock, seccomp, uid, scratch, readable, seconds):
     landlock, seccomp: whether to use them;  uid: the user to become, or None;  scratch: the one folder
     that can be written;  readable: the folders that can be read (landlock only);  seconds: of CPU.
     """
-    py_landlock, pyseccomp = _packages()  # while they can still be read
+    (py_landlock,) = load("py_landlock") if landlock else [None]  # while they can still be read
+    (pyseccomp,) = load("pyseccomp") if seccomp else [None]
     limits = {"AS": MEMORY, "CPU": seconds, "FSIZE": 2**26, "CORE": 0, "NOFILE": 256, "MEMLOCK": 0}
     if uid is not None:
         limits["NPROC"] = 512  # this user's, over all workers
@@ -60,13 +61,13 @@ def _landlock(py_landlock, scratch, readable):
     rules.apply()
 
 
-def _packages():
-    """(py_landlock, pyseccomp), each None where it does not work."""
+def load(*names):
+    """The packages of these names, each None where it does not work: 'py_landlock', 'pyseccomp'."""
     found = []
     search = ctypes.util.find_library
     # pyseccomp looks for its library with the help of other programs, which takes longer than all the rest.
     ctypes.util.find_library = lambda name: f"lib{name}.so.2" if name == "seccomp" else search(name)
-    for name in ("py_landlock", "pyseccomp"):
+    for name in names:
         try:
             found.append(importlib.import_module(name))
         except Exception:  # not installed, no such library, another system: it does not work, whatever the reason
@@ -95,7 +96,7 @@ def _seccomp(pyseccomp):
 
 def usable():
     """Which of the two packages work here: {'landlock': bool, 'seccomp': bool}."""
-    py_landlock, pyseccomp = _packages()
+    py_landlock, pyseccomp = load("py_landlock", "pyseccomp")
     found = {"landlock": False, "seccomp": False}
     try:
         found["landlock"] = bool(py_landlock and py_landlock.get_abi_version())

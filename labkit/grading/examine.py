@@ -30,8 +30,9 @@ class Exam:
             raise Problem(f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
         self.keep = lambda **arrays: None  # where the figure's data go
-        self._source = answers(ROOT, lab)
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
+        forms = [right.form for check in self._definitions for right in check.right if right.other]
+        self._source = answers(ROOT, lab, forms)
         self._accepted = {}
 
     def rng(self, draw=""):

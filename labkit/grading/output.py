@@ -6,7 +6,8 @@ from pathlib import Path
 from . import lms, tables
 from .class_page import class_page
 from .figures import Drawer
-from .pages import feedback_page, file_name, to_mark_page
+from .page import file_name
+from .pages import feedback_page, to_mark_page
 
 
 def write_all(book, paper, out, args):

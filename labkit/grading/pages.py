@@ -4,7 +4,7 @@ import base64
 from collections import defaultdict
 
 from . import records
-from .page import counted, file_name, number, page, text  # noqa: F401 - file_name is for callers
+from .page import counted, number, page, text
 from .tables import labels
 
 LOOKS = {  # status: (class, symbol, word)

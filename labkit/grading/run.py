@@ -17,7 +17,7 @@ import numpy as np
 from . import batch, records
 from .sandbox import make_runtime
 
-LARGEST = 25  # submissions in a batch: more would cost memory, fewer a kernel start each
+LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
 TRIES = 2
 KIT = str(Path(__file__).resolve().parents[2])
 
@@ -44,8 +44,9 @@ class Room:
 
 
 def batches(jobs, workers):
-    """Lists of jobs, as even as can be: two rounds for each worker, but none larger than LARGEST."""
-    size = max(1, min(LARGEST, -(-len(jobs) // (2 * workers))))
+    """Lists of jobs: two rounds for each of several workers, so that they end together; none above LARGEST."""
+    rounds = 1 if workers == 1 else 2
+    size = max(1, min(LARGEST, -(-len(jobs) // (rounds * workers))))
     return [jobs[i : i + size] for i in range(0, len(jobs), size)]
 
 

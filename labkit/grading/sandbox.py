@@ -40,7 +40,10 @@ class Sandbox:
         uid = NOBODY if hasattr(os, "geteuid") and os.geteuid() == 0 else None
         if uid is not None and scratch:
             os.chown(scratch, uid, uid)
-        code = f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.grading.inside import main; main()"
+        needs = ["py_landlock"] * (self.way == "landlock") + ["pyseccomp"] * self.seccomp
+        code = (
+            f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.grading.inside import main; main(*{needs})"
+        )
         command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
         environment = {
             "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": inside or scratch, "TMPDIR": inside or scratch,
