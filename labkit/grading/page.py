@@ -31,10 +31,11 @@ article.wait { border-left-color: var(--wait); }
 .wait .word { color: var(--wait); } .head .sum { margin-left: auto; white-space: nowrap; }
 pre { font: 13px/1.45 ui-monospace, monospace; background: var(--card); padding: .5rem .7rem; border-radius: 4px;
   overflow-x: auto; white-space: pre-wrap; margin: .5rem 0 .2rem; }
+.answer { white-space: pre-wrap; background: var(--card); padding: .5rem .7rem; border-radius: 4px; margin: .5rem 0 .2rem; }
 .tag { font-size: .8rem; border: 1px solid var(--line); border-radius: 3px; padding: 0 .35rem; color: var(--soft); }
 img { max-width: 100%; height: auto; background: #fff; border-radius: 4px; }
 table { border-collapse: collapse; width: 100%; } th, td { text-align: left; padding: .25rem .6rem .25rem 0;
-  border-bottom: 1px solid var(--line); vertical-align: top; } td.n, th.n { text-align: right; white-space: nowrap; }
+  border-bottom: 1px solid var(--line); vertical-align: top; } td.n, th.n { text-align: right; white-space: nowrap; padding-right: 1rem; }
 .bar { display: inline-block; height: .7rem; background: var(--bar); border-radius: 2px; vertical-align: baseline; }
 .track { width: 100%; min-width: 4rem; background: var(--card); border-radius: 2px; line-height: .7rem; }
 .wide { overflow-x: auto; } a { color: var(--bar); }

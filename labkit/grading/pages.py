@@ -78,7 +78,7 @@ def _mark(mark, check, answer=None):
         f'<h3>{text(title, 200)}</h3>{tag}<span class="sum">{of}</span></div>'
     ]
     if answer is not None:
-        lines.append(f"<pre>{text(answer)}</pre>" if answer.strip() else '<p class="soft">(no answer)</p>')
+        lines.append(f'<div class="answer">{text(answer)}</div>' if answer.strip() else '<p class="soft">(no answer)</p>')
     if mark.reason:
         lines.append(f"<p>{text(mark.reason)}</p>")
     if mark.mistake and mark.mistake not in mark.reason:
@@ -114,7 +114,7 @@ def to_mark_page(results, checks, title):
                 text(label, 200) + (f" ({number(mark.points)})" if mark.points is not None else "") for label, mark in who
             )
             look = "good" if all(mark.points is not None for _, mark in who) else "wait"
-            parts.append(f'<article class="{look}"><h3>{points}</h3>{same}<pre>{text(answer)}</pre></article>')
+            parts.append(f'<article class="{look}"><h3>{points}</h3>{same}<div class="answer">{text(answer)}</div></article>')
         if empty:
             names = ", ".join(text(label, 200) for label, _ in empty)
             parts.append(f'<p class="soft">No answer: {names}.</p>')

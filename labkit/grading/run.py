@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +41,10 @@ class Room:
     seed: int
     way: dict  # of the Sandbox
     time: dict  # seconds: {"call", "total"}
+
+    def at(self, sandbox):
+        """The same with another machine's sandbox."""
+        return replace(self, way=way(sandbox))
 
 
 def batches(jobs, workers):
@@ -169,12 +173,6 @@ class Local:
                             news.put(("lost", job.id, f"The grading process ended twice: {error}."))
         finally:
             news.put(None)
-
-
-def grade_batch(room, jobs):
-    """Grade one batch in a process of this machine and return all its news: what a cluster's worker runs."""
-    with Local(1) as here:
-        return list(here.grade(room, jobs))
 
 
 def way(sandbox):
