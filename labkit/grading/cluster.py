@@ -23,7 +23,7 @@ def remote(room, jobs, address):
     with client:
         workers = max(1, sum(client.nthreads().values()))
         waiting = {client.submit(grade_there, room, part, pure=False, retries=2): part for part in run.batches(jobs, workers)}
-        for future in as_completed(waiting):
+        for future in as_completed(waiting, loop=client.loop):
             if future.status == "finished":
                 yield from future.result()
             else:
