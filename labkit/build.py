@@ -68,7 +68,8 @@ def source(script):
         if cell.id in ids:
             raise Drifted(f"{script.name}: two cells have the id '{cell.id}'")
         ids.add(cell.id)
-        cell.metadata["labkit"] = role = next((role for role in ROLES if role in tags), kind)
+        roles = [role for role in ROLES if role in tags and "hidden" not in tags]
+        cell.metadata["labkit"] = role = roles[0] if roles else kind
         if role == "answer" or "points" in cell.metadata:
             cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
     notebook.nbformat, notebook.nbformat_minor = 4, 5

@@ -379,7 +379,7 @@ def drive(rng, landmarks=25, Q=Q, R=R, steps=160, range=2.5):
 public = simulate(Robot((2, -2), Q, R, rng=1), random_map(25, rng=1))
 exam.figure(KF, public)
 
-# %% id="grade-stack" tags=["check", "hidden"] points=1 title="stack: many landmarks, in any order"
+# %% id="grade-stack" tags=["hidden"] points=1 title="stack: many landmarks, in any order"
 rng = exam.rng()
 calls = []
 for n in (1, 6, 40):
@@ -389,17 +389,17 @@ for n in (1, 6, 40):
 exam.same(stack, calls, "many landmarks")
 print("passed")
 
-# %% id="grade-repeat" tags=["check", "hidden"] points=1 title="repeat_R: any covariance, any number"
+# %% id="grade-repeat" tags=["hidden"] points=1 title="repeat_R: any covariance, any number"
 rng = exam.rng()
 roots = rng.normal(size=(3, 2, 2))
 exam.same(repeat_R, [(A @ A.T, p) for A, p in zip(roots, (1, 5, 12))], "other covariances")
 print("passed")
 
-# %% id="grade-other-map" tags=["check", "hidden"] points=2 title="KF: a drive on another map"
+# %% id="grade-other-map" tags=["hidden"] points=2 title="KF: a drive on another map"
 exam.same_run(KF, drive(exam.rng(), steps=120), "on another map")
 print("passed")
 
-# %% id="grade-other-noise" tags=["check", "hidden"] points=2 title="KF: other noise, other time step"
+# %% id="grade-other-noise" tags=["hidden"] points=2 title="KF: other noise, other time step"
 rng = exam.rng()
 A, B = rng.normal(size=(2, 2, 2))
 noisy = drive(rng, Q=0.05 * (np.eye(2) + A @ A.T), R=0.03 * (np.eye(2) + B @ B.T), steps=80)
@@ -407,21 +407,21 @@ noisy = dataclasses.replace(noisy, times=rng.uniform(0.3, 0.7) * noisy.times)
 exam.same_run(KF, noisy, "with correlated noise and another time step", x0=rng.normal(size=2))
 print("passed")
 
-# %% id="grade-one-landmark" tags=["check", "hidden"] points=1 title="KF: a single landmark"
+# %% id="grade-one-landmark" tags=["hidden"] points=1 title="KF: a single landmark"
 rng = exam.rng()
-lighthouse = Map([Landmark(rng.uniform(-1, 1, 2), "lighthouse")])
+lighthouse = Map([Landmark(rng.uniform(-1, 1, 2), 0)])
 exam.same_run(KF, drive(rng, lighthouse, steps=80, range=9), "with a single landmark")
 print("passed")
 
-# %% id="grade-no-landmark" tags=["check", "hidden"] points=1 title="KF: nothing in view at all"
+# %% id="grade-no-landmark" tags=["hidden"] points=1 title="KF: nothing in view at all"
 exam.same_run(KF, drive(exam.rng(), Map([]), steps=40), "without any landmark")
 print("passed")
 
-# %% id="grade-many" tags=["check", "hidden"] points=1 title="KF: many landmarks at once"
+# %% id="grade-many" tags=["hidden"] points=1 title="KF: many landmarks at once"
 exam.same_run(KF, drive(exam.rng(), 60, steps=30, range=6), "with many landmarks in view")
 print("passed")
 
-# %% id="grade-honest" tags=["check", "hidden"] points=2 title="KF: honest over a long run (NEES)"
+# %% id="grade-honest" tags=["hidden"] points=2 title="KF: honest over a long run (NEES)"
 rng = exam.rng()
 long = drive(rng, 40, steps=300)
 mine = exam.same_run(KF, long, "over a long run")

@@ -379,41 +379,41 @@ believed = replay(make_filter(LabKF, public), public)
 steps = list(zip(public.truth, believed.x, believed.P))
 exam.curve(nees, steps, public.times, chi2_bounds(2), "your NEES along one run")
 
-# %% id="grade-nees-run" tags=["check", "hidden"] points=2 title="nees: along whole runs"
+# %% id="grade-nees-run" tags=["hidden"] points=2 title="nees: along whole runs"
 rng = exam.rng()
 exam.same(nees, lied_to(rng) + lied_to(rng, r=0.01) + lied_to(rng, q=100), "the steps of a run")
 print("passed")
 
-# %% id="grade-nees-correlated" tags=["check", "hidden"] points=1 title="nees: long, thin ellipses"
+# %% id="grade-nees-correlated" tags=["hidden"] points=1 title="nees: long, thin ellipses"
 rng = exam.rng()
 thin = [np.linalg.qr(A)[0] * [1.0, 0.03] for A in rng.normal(size=(20, 2, 2))]
 exam.same(nees, [(*rng.normal(size=(2, 2)), A @ A.T) for A in thin], "long, thin ellipses")
 print("passed")
 
-# %% id="grade-nees-sure" tags=["check", "hidden"] points=1 title="nees: very sure and very unsure filters"
+# %% id="grade-nees-sure" tags=["hidden"] points=1 title="nees: very sure and very unsure filters"
 rng = exam.rng()
 sizes = [1e-6, 1e-3, 1e3]
 exam.same(nees, [(*rng.normal(size=(2, 2)), size * np.eye(2)) for size in sizes], "P large and small")
 print("passed")
 
-# %% id="grade-verdict-bounds" tags=["check", "hidden"] points=2 title="verdict: near the bounds"
+# %% id="grade-verdict-bounds" tags=["hidden"] points=2 title="verdict: near the bounds"
 rng = exam.rng()
 bounds = [(n, b) for n in rng.integers(2, 400, 12).tolist() for b in chi2_bounds(2, 0.95, n)]
 exam.same(verdict, [(float(b * f), n) for n, b in bounds for f in (0.99, 1.01)], "means near the bounds")
 print("passed")
 
-# %% id="grade-verdict-runs" tags=["check", "hidden"] points=1 title="verdict: few runs and many"
+# %% id="grade-verdict-runs" tags=["hidden"] points=1 title="verdict: few runs and many"
 rng = exam.rng()
 means = rng.uniform(1.2, 3.0, 60)
 exam.same(verdict, [(float(mean), n) for mean in means for n in (1, 30, 1000)], "other numbers of runs")
 print("passed")
 
-# %% id="grade-dark-random" tags=["check", "hidden"] points=2 title="longest_dark: random maps"
+# %% id="grade-dark-random" tags=["hidden"] points=2 title="longest_dark: random maps"
 rng = exam.rng()
 exam.same(longest_dark, [(rng.poisson(0.7, n),) for n in (1, 10, 200, 1000)], "other runs")
 print("passed")
 
-# %% id="grade-dark-edges" tags=["check", "hidden"] points=1 title="longest_dark: at the ends, never, always"
+# %% id="grade-dark-edges" tags=["hidden"] points=1 title="longest_dark: at the ends, never, always"
 rng = exam.rng()
 n = int(rng.integers(3, 9))
 zeros, ones = np.zeros(n, int), np.ones(n, int)

@@ -494,19 +494,19 @@ def drive(rng, landmarks=30, Q=Q, R=R_rb, start=None, steps=160, range=2.5):
 public = simulate(Robot((2, -2), Q, R_rb, type="rb", rng=1), random_map(25, rng=1))
 exam.figure(KF, public)
 
-# %% id="grade-h" tags=["check", "hidden"] points=1 title="h: in all directions, near and far"
+# %% id="grade-h" tags=["hidden"] points=1 title="h: in all directions, near and far"
 exam.same(h, places(exam.rng()), "other places")
 print("passed")
 
-# %% id="grade-jacobian" tags=["check", "hidden"] points=2 title="jacobian: in all directions, near and far"
+# %% id="grade-jacobian" tags=["hidden"] points=2 title="jacobian: in all directions, near and far"
 exam.same(jacobian, places(exam.rng()), "other places")
 print("passed")
 
-# %% id="grade-other-map" tags=["check", "hidden"] points=2 title="KF: a drive on another map"
+# %% id="grade-other-map" tags=["hidden"] points=2 title="KF: a drive on another map"
 exam.same_run(KF, drive(exam.rng(), steps=120), "on another map")
 print("passed")
 
-# %% id="grade-other-noise" tags=["check", "hidden"] points=2 title="KF: other noise, other time step"
+# %% id="grade-other-noise" tags=["hidden"] points=2 title="KF: other noise, other time step"
 rng = exam.rng()
 A = rng.normal(size=(2, 2))
 other = np.diag([0.1, np.deg2rad(rng.uniform(1, 3))]) ** 2
@@ -516,28 +516,28 @@ known = {"x0": noisy.truth[0], "P0": 0.3 * np.eye(2)}
 exam.same_run(KF, noisy, "with other noise and another time step", **known)
 print("passed")
 
-# %% id="grade-west" tags=["check", "hidden"] points=2 title="KF: landmarks due west"
+# %% id="grade-west" tags=["hidden"] points=2 title="KF: landmarks due west"
 rng = exam.rng()
 west = Map([Landmark((-6 - i, y), i) for i, y in enumerate(rng.uniform(-3, 3, 6))])
 exam.same_run(KF, drive(rng, west, steps=100, range=20), "with landmarks in the west")
 print("passed")
 
-# %% id="grade-one-landmark" tags=["check", "hidden"] points=1 title="KF: a single landmark"
+# %% id="grade-one-landmark" tags=["hidden"] points=1 title="KF: a single landmark"
 rng = exam.rng()
 lighthouse = Map([Landmark((3.5, rng.uniform(-1, 1)), "lighthouse")])
 alone = drive(rng, lighthouse, range=9, start=(1, -2), steps=80)
 exam.same_run(KF, alone, "with a single landmark", x0=alone.truth[0], P0=0.2 * np.eye(2))
 print("passed")
 
-# %% id="grade-no-landmark" tags=["check", "hidden"] points=1 title="KF: nothing in view at all"
+# %% id="grade-no-landmark" tags=["hidden"] points=1 title="KF: nothing in view at all"
 exam.same_run(KF, drive(exam.rng(), Map([]), steps=40), "without any landmark")
 print("passed")
 
-# %% id="grade-many" tags=["check", "hidden"] points=1 title="KF: many landmarks at once"
+# %% id="grade-many" tags=["hidden"] points=1 title="KF: many landmarks at once"
 exam.same_run(KF, drive(exam.rng(), 60, steps=30, range=6), "with many landmarks in view")
 print("passed")
 
-# %% id="grade-honest" tags=["check", "hidden"] points=2 title="KF: honest over a long run (NEES)"
+# %% id="grade-honest" tags=["hidden"] points=2 title="KF: honest over a long run (NEES)"
 rng = exam.rng()
 long = drive(rng, 50, steps=300)
 known = {"x0": long.truth[0], "P0": 0.2 * np.eye(2)}

@@ -278,7 +278,7 @@ LEAKS = {
         "which is secret in " + LAB1 + ", cell 'answer-q1'",
     ),
     "a graded check": (
-        add("labkit/world.py", 'exam.same_run(KF, drive(exam.rng(), Map([])), "without any landmark")'),
+        add("labkit/world.py", 'exam.same_run(KF, drive(exam.rng(), Map([]), steps=40), "without any landmark")'),
         "which is secret in " + LAB1 + ", cell 'grade-no-landmark'",
     ),
     "a rubric": (

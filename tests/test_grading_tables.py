@@ -121,7 +121,7 @@ def test_a_filled_in_table_comes_back_from_any_spreadsheet(tmp_path, how):
         path.write_bytes(b"\xfe\xff" + path.read_bytes())
     assert read_hand_marks(path, results) == {
         ("Zoë Ünal", "q1"): (2.5, "Größe fehlt"),
-        (bob, "kf"): (2.0, "The sign of K is wrong."),
+        (bob, LAB, "kf"): (2.0, "The sign of K is wrong."),
     }
 
 
@@ -132,7 +132,7 @@ def test_the_same_number_in_other_letters_is_no_change(tmp_path, text):
 
 def test_a_changed_comment_on_given_points_counts(tmp_path):
     path = saved(tmp_path / "g.csv", some(), ("王小明", "q1", "4", "Very good."))
-    assert read_hand_marks(path, some()) == {("王小明", "q1"): (4.0, "Very good.")}
+    assert read_hand_marks(path, some()) == {("王小明", LAB, "q1"): (4.0, "Very good.")}
 
 
 def test_rows_and_columns_may_be_moved_and_headers_capitalised(tmp_path):
@@ -144,7 +144,7 @@ def test_rows_and_columns_may_be_moved_and_headers_capitalised(tmp_path):
         rows[:] = [["my own", *row[::-1], "", ""] for row in rows] + [[""] * 10, []]
 
     edit(path, change)
-    assert read_hand_marks(path, some()) == {("Ada Lovelace", "q1"): (5.0, "")}
+    assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (5.0, "")}
 
 
 def test_columns_that_are_not_needed_may_be_deleted(tmp_path):
@@ -154,7 +154,7 @@ def test_columns_that_are_not_needed_may_be_deleted(tmp_path):
         rows[:] = [[row[0], *row[2:4]] for row in rows]
 
     edit(path, change)
-    assert read_hand_marks(path, some()) == {("Ada Lovelace", "q1"): (5.0, "")}
+    assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (5.0, "")}
 
 
 def test_emptied_points_take_nothing_away(tmp_path):
@@ -239,7 +239,7 @@ def test_letters_lost_by_an_old_encoding_are_told(tmp_path):
 def test_rows_that_agree_may_be_there_twice(tmp_path):
     path = saved(tmp_path / "g.csv", some(), ("Ada Lovelace", "q1", "3"))
     edit(path, lambda rows: rows.append([*rows[3][:3], "3,0", *rows[3][4:]]))
-    assert read_hand_marks(path, some()) == {("Ada Lovelace", "q1"): (3.0, "")}
+    assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (3.0, "")}
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_no_text_of_a_person_becomes_a_formula(tmp_path, text):
     write_grades(tmp_path / "t.csv", results)
     assert read_hand_marks(tmp_path / "t.csv", results) == {}
     edit(tmp_path / "t.csv", lambda rows: rows[1].__setitem__(3, "1"))
-    assert read_hand_marks(tmp_path / "t.csv", results) == {(labels(results)[0], "kf"): (1.0, text)}
+    assert read_hand_marks(tmp_path / "t.csv", results) == {(labels(results)[0], LAB, "kf"): (1.0, text)}
 
 
 def test_students_with_one_name_are_told_apart(tmp_path):
@@ -263,7 +263,7 @@ def test_students_with_one_name_are_told_apart(tmp_path):
     assert labels(results) == ["Ada Lovelace (123)", "ada lovelace (124)", "Bob"]
     assert label(results[1], results) == "ada lovelace (124)"
     path = saved(tmp_path / "g.csv", results, ("ada lovelace (124)", "q1", "1"))
-    assert read_hand_marks(path, results) == {("ada lovelace (124)", "q1"): (1.0, "")}
+    assert read_hand_marks(path, results) == {("ada lovelace (124)", LAB, "q1"): (1.0, "")}
     saved(path, [results[0]])  # written when there was one Ada only
     with pytest.raises(Problem, match=r"now 'Ada Lovelace \(123\)' or 'ada lovelace \(124\)'\?"):
         read_hand_marks(path, results)
@@ -287,7 +287,7 @@ def test_several_labs_in_one_table(tmp_path):
     results = [Result("A", lab=lab, marks=[Mark(f"q{lab}", None, 1.0, OPEN)]) for lab in ("1", "2")]
     write_grades(tmp_path / "g.csv", results)
     edit(tmp_path / "g.csv", lambda rows: rows[2].__setitem__(3, "1"))
-    assert read_hand_marks(tmp_path / "g.csv", results) == {("A", "q2"): (1.0, "")}
+    assert read_hand_marks(tmp_path / "g.csv", results) == {("A", "2", "q2"): (1.0, "")}
     edit(tmp_path / "g.csv", lambda rows: rows[0].__setitem__(1, "?"))
     with pytest.raises(Problem, match="no column 'lab'"):
         read_hand_marks(tmp_path / "g.csv", results)
@@ -320,7 +320,7 @@ def test_a_kill_while_writing_does_no_harm(tmp_path, monkeypatch):
         write_grades(path, some())
     assert path.read_bytes() == before and len(list(tmp_path.iterdir())) == 2
     monkeypatch.undo()
-    assert read_hand_marks(path, some()) == {("Ada Lovelace", "q1"): (3.0, "")}
+    assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (3.0, "")}
     write_grades(path, some())
     assert list(tmp_path.iterdir()) == [path] and read_hand_marks(path, some()) == {}
 
@@ -680,4 +680,4 @@ def test_a_sheet_saves_what_it_read(tmp_path, seed):
 def test_a_line_that_names_the_delimiter(tmp_path):
     path = Path(tmp_path / "s.csv")
     path.write_text("sep=;\n\nstudent;check;points\nAda Lovelace;q1;1,5\n")
-    assert read_hand_marks(path, some()) == {("Ada Lovelace", "q1"): (1.5, "")}
+    assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (1.5, "")}

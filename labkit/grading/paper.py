@@ -69,7 +69,7 @@ def read(lab, root=ROOT):
     for cell in book:
         marks = cell.metadata.get("nbgrader", {})
         hidden = "hidden" in cell.tags
-        if cell.code and cell.role == "setup":
+        if cell.code and "setup" in cell.tags:
             setup.append(cell.source if hidden else imports(cell.source, needed))
         elif cell.code and hidden or marks.get("grade") and cell.code:
             points = float(marks["points"]) if marks.get("grade") else None

@@ -84,9 +84,9 @@ def write_summary(path, results):
 
 
 def read_hand_marks(path, results, notes=None):
-    """What a person filled in or changed in a grades.csv: {(label, check id): (points, reason)}.
+    """What a person filled in or changed in a grades.csv: {(label, lab, check id): (points, reason)}.
 
-    `results` are those of one lab, or of several whose check ids differ, as they would be written now; a
+    `results` are those of one lab or of several, as they were written; a
     row that says the same gives nothing. The file may come back from any spreadsheet: see `Sheet`; rows
     and columns in any order, capitals in headers, decimal commas. An emptied points field never takes
     a mark away; `notes`, a list, then gets a sentence.

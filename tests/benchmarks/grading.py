@@ -22,6 +22,7 @@ import nbformat
 from classroom import LAB, as_file, filled, mistaken
 
 ROOT = HERE.parents[2]
+TAGS = {"setup", "answer", "check", "hidden"}
 
 
 def main():
@@ -110,7 +111,7 @@ def nbgrader(folder, count, python):
 def assignment():
     """The lab's answers and graded checks alone, without its pictures, as an assignment of nbgrader."""
     book = nbformat.read(ROOT / "solutions" / f"{LAB}.ipynb", as_version=4)
-    wanted = [c for c in book.cells if c.cell_type == "code" and c.metadata.labkit in ("setup", "answer", "check")]
+    wanted = [c for c in book.cells if c.cell_type == "code" and TAGS & set(c.metadata.get("tags", []))]
     for cell in wanted:
         cell.outputs, cell.execution_count = [], None
         cell.source = cell.source.replace("check = exam.check", "")
