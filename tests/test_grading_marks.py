@@ -75,7 +75,7 @@ def test_every_right_form_gets_all_points_whatever_is_drawn(lab, box):
     books = {name: in_notebook(lab, *of) for name, of in right.items()}
     books = {name: book for name, book in books.items() if book}
     assert len(books) > len(right) // 2
-    books |= {f"as in the solution {n}": filled(lab) for n in range(12)}
+    books |= {f"as in the solution {n}": filled(lab) for n in range(8)}
     uses = {cell.id: cell.uses for cell in paper.read(lab).cells}
     bad = {}
     for name, of in marks(books, lab, box, seed=11).items():
@@ -90,9 +90,9 @@ def test_every_right_form_gets_all_points_whatever_is_drawn(lab, box):
 @pytest.mark.parametrize("lab", LABS)
 def test_no_known_mistake_gets_all_points(lab, box):
     every = list(forms(lab, "mistakes").items())
-    books = {name: in_notebook(lab, *of) for name, of in every[:: max(1, len(every) // 30)]}
+    books = {name: in_notebook(lab, *of) for name, of in every[:: max(1, len(every) // 20)]}
     books = {name: book for name, book in books.items() if book}
-    assert len(books) >= 15
+    assert len(books) >= 10
     for name, of in marks(books, lab, box).items():
         assert {mark["status"] for mark in of.values()} <= {"passed", "failed", "not run"}, name
         wrong = [mark for mark in of.values() if mark["status"] != PASSED]
@@ -141,7 +141,7 @@ def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
     "change, status",
     [
         ({"printed": "something else\n"}, ERROR),  # prints what the solution does not
-        ({"source": "print('passed')\nraise SystemExit"}, ERROR),
+        ({"source": "print('passed')\nraise SystemExit"}, "failed"),
         ({"source": "import os\nos._exit(0)"}, ERROR),  # the kernel itself dies
         ({"source": "# NBVAL_SKIP\nprint('passed')"}, ERROR),
         ({"source": "# NBVAL_RAISES_EXCEPTION\nexam.fail('wrong')"}, "failed"),
@@ -172,8 +172,9 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
         stepped = replay(make_filter(KF, log), log)
         whole = KF.replay(log)
         for name in ("x", "P", "x_prior", "P_prior"):
-            np.testing.assert_array_equal(getattr(stepped, name), getattr(mine, name))
-            np.testing.assert_array_equal(whole[name], getattr(mine, name))
+            # Their sums may be in another order, on another number of threads.
+            np.testing.assert_allclose(getattr(stepped, name), getattr(mine, name), atol=1e-12)
+            np.testing.assert_allclose(whole[name], getattr(mine, name), atol=1e-12)
         with pytest.raises(proxy.Missing):
             student.find("nothing")
     finally:
@@ -187,7 +188,7 @@ DATA = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("value", DATA, ids=repr)
+@pytest.mark.parametrize("value", DATA, ids=lambda value: type(value).__name__)
 def test_data_come_through_the_wire_as_they_are(value):
     frame = wire.pack({"value": value})
     text, raw = wire.sizes(frame[:8])
@@ -201,7 +202,7 @@ def test_data_come_through_the_wire_as_they_are(value):
         assert came == (value if value != "half \ud83d" else "half ?")
 
 
-@pytest.mark.parametrize("value", [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", lambda: 0], ids=repr)
+@pytest.mark.parametrize("value", [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len], ids=lambda value: type(value).__name__)
 def test_what_is_no_data_does_not_go_out(value):
     with pytest.raises(wire.Garbage):
         wire.pack({"value": value})

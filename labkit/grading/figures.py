@@ -14,9 +14,10 @@ from ..log import History, Log
 from ..plots import BLUE, ORANGE, ErrorPanel, MapPanel, limits
 from ..world import Landmark, Map
 
-ACCEPTED, DRAWN, LANDMARKS = 1_000_000, 1000, 300  # [numbers] accepted; [points] drawn in a line; [landmarks]
+ACCEPTED, DRAWN, LANDMARKS = 1_000_000, 400, 300  # [numbers] accepted; [points] drawn in a line; [landmarks]
 WORLD, FAR = 1e5, 1e4  # [m] how large a course's world may be; how far off the picture a line may go on
 SIZE, DPI = (7.4, 3.6), 150  # inches; sharp on a screen with two pixels to the point
+HEAVIEST = 40_000  # [bytes] of a file
 COLORS = 64  # flat colours and their soft edges need no more, and a palette makes the file small
 
 
@@ -122,9 +123,13 @@ def _canvas(columns, **options):
 
 
 def _encoded(canvas):
-    buffer = BytesIO()
-    canvas.image().quantize(COLORS, method=2).save(buffer, "PNG")
-    return buffer.getvalue()
+    image = canvas.image()
+    while True:
+        buffer = BytesIO()
+        image.quantize(COLORS, method=2).save(buffer, "PNG")
+        if buffer.tell() <= HEAVIEST or image.width < 300:
+            return buffer.getvalue()
+        image = image.reduce(2)  # a filter that jumps about fills the picture: coarse, not heavy
 
 
 def _numbers(figure, name, ndim):
