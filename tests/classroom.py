@@ -57,7 +57,14 @@ def cell_is_code(book, id):
 
 
 def code(source, id):
-    return {"cell_type": "code", "id": id, "metadata": {}, "source": source, "outputs": [], "execution_count": None}
+    return {
+        "cell_type": "code",
+        "id": id,
+        "metadata": {},
+        "source": source,
+        "outputs": [],
+        "execution_count": None,
+    }
 
 
 def mistaken(number, lab=LAB):
@@ -76,7 +83,10 @@ def usable(lab, form):
 
 HOSTILE = [
     ("exit", {"own": ["import os\nKF.predict = lambda self, u: os._exit(0)"]}),
-    ("forger", {"own": ["np.allclose = lambda *a, **k: True\ncheck = print\nKF.update = lambda self, y: None"]}),
+    (
+        "forger",
+        {"own": ["np.allclose = lambda *a, **k: True\ncheck = print\nKF.update = lambda self, y: None"]},
+    ),
     ("looper", {"own": ["def forever(self, y):\n    while True: pass\nKF.update = forever"]}),
 ]
 
@@ -85,7 +95,9 @@ def a_class(count=60, lab=LAB, hostile=True):
     """`count` pupils of every kind; most are right or wrong in a known way."""
     pupils = []
     for i in range(count):
-        name = f"{NAMES[i % len(NAMES)]} {FAMILIES[i // len(NAMES) % len(FAMILIES)]}" + (f" {i}" if i >= 60 else "")
+        name = f"{NAMES[i % len(NAMES)]} {FAMILIES[i // len(NAMES) % len(FAMILIES)]}" + (
+            f" {i}" if i >= 60 else ""
+        )
         day, right = (2026, 11, 10, 12, 0, 0), filled(lab)
         kind, books = "right", [right]
         if i % 10 in (3, 4, 5):

@@ -27,7 +27,9 @@ ENV = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
 
 
 def grade(*arguments, status=0):
-    done = subprocess.run(command(*arguments), capture_output=True, text=True, encoding="utf-8", env=ENV, timeout=900)
+    done = subprocess.run(
+        command(*arguments), capture_output=True, text=True, encoding="utf-8", env=ENV, timeout=900
+    )
     assert done.returncode == status, done.stdout + done.stderr
     return done.stdout
 
@@ -93,7 +95,9 @@ def test_killed_twice_it_ends_with_the_same_marks(class_of_60):
     _, folder = class_of_60
     out = folder / "killed"
     for marks in (40, 300):
-        process = subprocess.Popen(command(*options(folder), "--out", out), env=ENV, stdout=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            command(*options(folder), "--out", out), env=ENV, stdout=subprocess.DEVNULL
+        )
         while count(out) < marks:
             assert process.poll() is None
             time.sleep(0.05)
@@ -186,7 +190,9 @@ def test_a_bad_mark_by_hand_stops_the_run_and_loses_nothing(small):
     table = small / "out" / "grades.csv"
     edit(table, "Ada", "answer-q1", points="7")
     before = table.read_bytes()
-    done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
+    done = subprocess.run(
+        command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV
+    )
     assert done.returncode == 2 and "more than" in done.stderr and "line" in done.stderr
     assert table.read_bytes() == before
 
@@ -227,7 +233,16 @@ def test_several_attempts(tmp_path, rule, expected):
 def test_late_hand_ins_need_not_count(tmp_path):
     path = as_file(tmp_path / "class" / "Ada" / f"{LAB}.ipynb", filled())
     os.utime(path, (1_800_000_000, 1_800_000_000))
-    said = grade(tmp_path / "class", "--out", tmp_path / "out", "--due", "2026-11-20T00:00", "--late", "ignore", status=1)
+    said = grade(
+        tmp_path / "class",
+        "--out",
+        tmp_path / "out",
+        "--due",
+        "2026-11-20T00:00",
+        "--late",
+        "ignore",
+        status=1,
+    )
     assert "Ada: It was handed in late" in said
 
 
@@ -266,7 +281,9 @@ def test_cells_that_were_changed_moved_or_lost(tmp_path):
     handed_in("hidden check copied", lambda cells: cells.append(code("exam.same = print", "grade-stack")))
     grade(tmp_path / "class", "--out", tmp_path / "out")
     got = points(tmp_path / "out")
-    assert got.pop("answer gone") == got.pop("answer retyped") == 3  # the filter uses stack when it sees something
+    assert (
+        got.pop("answer gone") == got.pop("answer retyped") == 3
+    )  # the filter uses stack when it sees something
     assert set(got.values()) == {RIGHT}
     notes = {row["student"]: row["notes"] for row in rows(tmp_path / "out", "summary.csv")}
     assert "'answer-stack' is missing" in notes["answer gone"]
@@ -275,8 +292,13 @@ def test_cells_that_were_changed_moved_or_lost(tmp_path):
 def test_on_a_cluster_a_dead_worker_costs_only_time(tmp_path):
     distributed = pytest.importorskip("distributed")
     for i in range(12):
-        as_file(tmp_path / "class" / f"student {i}" / f"{LAB}.ipynb", filled() if i % 3 else filled(answer_kf=None))
-    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        as_file(
+            tmp_path / "class" / f"student {i}" / f"{LAB}.ipynb",
+            filled() if i % 3 else filled(answer_kf=None),
+        )
+    with distributed.LocalCluster(
+        n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
         process = subprocess.Popen(
             command(tmp_path / "class", "--out", tmp_path / "out", "--scheduler", cluster.scheduler_address),
             env=ENV, stdout=subprocess.PIPE, text=True,
@@ -319,12 +341,17 @@ def test_two_graders_do_not_share_a_folder(small):
     from labkit.grading.command import _alone
 
     with _alone(small / "out"):
-        done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
+        done = subprocess.run(
+            command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV
+        )
     assert done.returncode == 2 and "Another labkit grade" in done.stderr
 
 
 def test_an_unknown_lab_is_told(small):
     done = subprocess.run(
-        [*command(small / "class", "--out", small / "out")[:-1], "09_nothing"], capture_output=True, text=True, env=ENV
+        [*command(small / "class", "--out", small / "out")[:-1], "09_nothing"],
+        capture_output=True,
+        text=True,
+        env=ENV,
     )
     assert done.returncode == 2 and "01_cartesian_ekf" in done.stderr

@@ -96,7 +96,9 @@ def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
 
 def test_nothing_hidden_reaches_a_student(graded):
     rows, out, _ = graded
-    pages = {path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")}
+    pages = {
+        path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")
+    }
     assert len(pages) == len(CODE) + 2
     for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
         assert "TOLD" not in row["reason"]

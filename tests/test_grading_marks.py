@@ -63,7 +63,9 @@ def in_notebook(lab, subject, form):
     if usable(lab, form):
         return filled(lab, form)
     if isinstance(form, str):
-        holder = next(id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s)
+        holder = next(
+            id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s
+        )
         return filled(lab, **{holder.replace("-", "_"): f"{answers(lab)[holder]}\n\n{form}"})
     return None
 
@@ -79,7 +81,9 @@ def test_every_right_form_gets_all_points_whatever_is_drawn(lab, box):
     uses = {cell.id: cell.uses for cell in paper.read(lab).cells}
     bad = {}
     for name, of in marks(books, lab, box, seed=11).items():
-        subject = right.get(name, ("",))[0]  # a form of `stack` that the solution's KF cannot use is right all the same
+        subject = right.get(name, ("",))[
+            0
+        ]  # a form of `stack` that the solution's KF cannot use is right all the same
         for check, mark in of.items():
             if mark["status"] != PASSED and (not subject or subject in uses[check]):
                 bad[name, check] = mark
@@ -119,7 +123,9 @@ def test_a_lab_is_whole_in_its_hidden_checks(lab):
     """The maps, noises and cases that the checks promise are there, by what they are called."""
     titles = " ".join(check.title for check in paper.read(lab).checks if check.hidden)
     if lab.startswith("02"):
-        assert all(word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always"))
+        assert all(
+            word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always")
+        )
     else:
         words = ("another map", "other noise", "single landmark", "nothing in view", "many landmarks", "NEES")
         assert all(word in titles for word in words)
@@ -167,7 +173,9 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
     student = proxy.Student(box, work.cells, sheet.subjects)
     try:
         KF, own = student.find("KF"), Exam(lab).right("KF")[0]
-        log = simulate(Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25)
+        log = simulate(
+            Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25
+        )
         mine = replay(make_filter(own, log), log)
         stepped = replay(make_filter(KF, log), log)
         whole = KF.replay(log)
@@ -202,7 +210,11 @@ def test_data_come_through_the_wire_as_they_are(value):
         assert came == (value if value != "half \ud83d" else "half ?")
 
 
-@pytest.mark.parametrize("value", [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len], ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize(
+    "value",
+    [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len],
+    ids=lambda value: type(value).__name__,
+)
 def test_what_is_no_data_does_not_go_out(value):
     with pytest.raises(wire.Garbage):
         wire.pack({"value": value})

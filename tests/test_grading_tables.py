@@ -120,7 +120,7 @@ def test_a_filled_in_table_comes_back_from_any_spreadsheet(tmp_path, how):
     if how.get("encoding") == "utf-16-be":
         path.write_bytes(b"\xfe\xff" + path.read_bytes())
     assert read_hand_marks(path, results) == {
-        ("Zoë Ünal", "q1"): (2.5, "Größe fehlt"),
+        ("Zoë Ünal", LAB, "q1"): (2.5, "Größe fehlt"),
         (bob, LAB, "kf"): (2.0, "The sign of K is wrong."),
     }
 

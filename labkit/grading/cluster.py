@@ -15,14 +15,19 @@ def remote(room, jobs, address):
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise Problem("--scheduler needs the package distributed: pip install 'robot-localization-labkit[cluster]'.") from None
+        raise Problem(
+            "--scheduler needs the package distributed: pip install 'robot-localization-labkit[cluster]'."
+        ) from None
     try:
         client = Client(address, timeout="20s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise Problem(f"No Dask scheduler answers at {address} ({error}).") from None
     with client:
         workers = max(1, sum(client.nthreads().values()))
-        waiting = {client.submit(grade_there, room, part, pure=False, retries=2): part for part in run.batches(jobs, workers)}
+        waiting = {
+            client.submit(grade_there, room, part, pure=False, retries=2): part
+            for part in run.batches(jobs, workers)
+        }
         for future in as_completed(waiting, loop=client.loop):
             if future.status == "finished":
                 yield from future.result()

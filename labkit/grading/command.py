@@ -5,12 +5,12 @@ import importlib
 import os
 import sys
 import threading
-import time
 from itertools import groupby
 from pathlib import Path
 
-from . import records, run, tables
+from . import run, tables
 from .collect import open_submissions, tidy
+from .console import Progress
 from .gradebook import Gradebook
 from .paper import read as read_paper
 from .records import Problem, Refused
@@ -73,7 +73,9 @@ def _alone(out):
         except ImportError:
             pass
         except OSError:
-            raise Problem(f"Another labkit grade is using {out}: wait for it, or choose another --out.") from None
+            raise Problem(
+                f"Another labkit grade is using {out}: wait for it, or choose another --out."
+            ) from None
         yield
 
 
@@ -133,7 +135,10 @@ def register(book, paper, submissions, sandbox, args):
             id, done, graded_by = book.find(paper.lab, student, identifier, digest) or (None, False, "")
             if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
                 written = assemble(paper.released, cells).answers
-                id, done = book.add(*about, digest, paper.digest, entry.when, late, told, written, sandbox.level), False
+                id, done = (
+                    book.add(*about, digest, paper.digest, entry.when, late, told, written, sandbox.level),
+                    False,
+                )
             elif done:
                 older += graded_by != paper.digest
             if not done:
@@ -174,7 +179,9 @@ def pick(attempts, args):
     order = counting if args.attempts == "first" else counting[::-1]
     told = []
     if len(attempts) > 1:
-        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[args.attempts]
+        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[
+            args.attempts
+        ]
         told = [f"{len(attempts)} attempts: {rule}."]
     return [(entry, told + ["Handed in late."] * is_late(entry, args.due)) for entry in order], ""
 
@@ -212,42 +219,6 @@ def work(book, paper, sandbox, jobs, here, args):
         book.finish(id, item)
         progress.tell(book.result(id))
     progress.end()
-
-
-class Progress:
-    """A line for each student, and on a terminal a bar with the time that is left."""
-
-    def __init__(self, total):
-        self.total, self.done, self.start = total, 0, time.monotonic()
-        self.bar = sys.stderr.isatty()
-        self._draw()
-
-    def tell(self, result):
-        self.done += 1
-        if self.bar:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
-        said = f"{tables.plain(result.points)} of {tables.plain(result.max_points)}"
-        waiting = f", {result.open} to be read" if result.open else ""
-        errors = sum(mark.status == records.ERROR for mark in result.marks)
-        trouble = f", {errors} checks could not be run" if errors else ""
-        print(f"{tables.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
-        self._draw()
-
-    def _draw(self):
-        if not self.bar:
-            return
-        filled = round(24 * self.done / self.total)
-        spent = time.monotonic() - self.start
-        left = spent / self.done * (self.total - self.done) if self.done else None
-        text = f"{int(left) // 60}:{int(left) % 60:02d} left" if left is not None else "starting"
-        sys.stderr.write(f"\r\x1b[K[{'#' * filled}{'-' * (24 - filled)}] {self.done} of {self.total}, {text}")
-        sys.stderr.flush()
-
-    def end(self):
-        if self.bar:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
 
 
 def cores():

@@ -50,7 +50,9 @@ def confine(landlock, seccomp, uid, scratch, readable, seconds):
 
 def _landlock(py_landlock, scratch, readable):
     AccessFs = py_landlock.AccessFs
-    rules = py_landlock.Landlock(strict=False)  # without the newest rights on an old kernel; the probe sees what holds
+    rules = py_landlock.Landlock(
+        strict=False
+    )  # without the newest rights on an old kernel; the probe sees what holds
     see = AccessFs.READ_FILE | AccessFs.READ_DIR
     for path in readable:
         if os.path.isdir(path):
@@ -70,7 +72,9 @@ def load(*names):
     for name in names:
         try:
             found.append(importlib.import_module(name))
-        except Exception:  # not installed, no such library, another system: it does not work, whatever the reason
+        except (
+            Exception
+        ):  # not installed, no such library, another system: it does not work, whatever the reason
             found.append(None)
     ctypes.util.find_library = search
     return found
@@ -86,7 +90,9 @@ def _seccomp(pyseccomp):
     # A new thread is fine, a new process is not; libraries fall back from clone3, whose flags a filter
     # cannot see, to clone.
     rules.add_rule(pyseccomp.ERRNO(errno.ENOSYS), "clone3")
-    rules.add_rule(pyseccomp.ERRNO(errno.EPERM), "clone", pyseccomp.Arg(0, pyseccomp.MASKED_EQ, CLONE_THREAD, 0))
+    rules.add_rule(
+        pyseccomp.ERRNO(errno.EPERM), "clone", pyseccomp.Arg(0, pyseccomp.MASKED_EQ, CLONE_THREAD, 0)
+    )
     for request in (TIOCSTI, TIOCLINUX):
         rules.add_rule(
             pyseccomp.ERRNO(errno.EPERM), "ioctl", pyseccomp.Arg(1, pyseccomp.MASKED_EQ, 0xFFFFFFFF, request)

@@ -13,7 +13,8 @@ import numpy as np
 from ..checks import CheckFailed
 from ..feedback import FilterError
 from . import records
-from .proxy import Channel, Lost, Missing, Raised, Student
+from .channel import Channel, Lost, Raised
+from .proxy import Missing, Student
 from .sandbox import Sandbox
 
 FILE = "said.jsonl"
@@ -94,7 +95,9 @@ class Examination:
         if error.kind == "NotImplementedError":
             return {"reason": "This part is still to be written."}
         if error.kind == "FilterError":
-            return {"reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."}
+            return {
+                "reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."
+            }
         kind = error.kind if isinstance(getattr(builtins, error.kind, None), type) else "problem of its own"
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
         if error.place is None:

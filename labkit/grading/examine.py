@@ -15,7 +15,8 @@ from ..checkspec import answers, build, definitions
 from ..compare import gap_of, nearest
 from ..feedback import FilterError
 from .draw import drawn
-from .proxy import Lost, Stand
+from .channel import Lost
+from .proxy import Stand
 from .records import Problem
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +28,9 @@ class Exam:
 
     def __init__(self, lab):
         if not (ROOT / "solutions" / f"{lab}.py").is_file():
-            raise Problem(f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one.")
+            raise Problem(
+                f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one."
+            )
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
         self.keep = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
@@ -85,7 +88,12 @@ class Exam:
         if not isinstance(KF, Stand):
             return self._run(KF, record, options)
         n, steps = 2, len(record)
-        shapes = {"x": (steps + 1, n), "P": (steps + 1, n, n), "x_prior": (steps, n), "P_prior": (steps, n, n)}
+        shapes = {
+            "x": (steps + 1, n),
+            "P": (steps + 1, n, n),
+            "x_prior": (steps, n),
+            "P_prior": (steps, n, n),
+        }
         answer = KF.replay(record, secret=secret, **options)
         for field, shape in shapes.items():
             array = answer.get(field)
@@ -160,7 +168,9 @@ def _traces(data, answer):
     """{id: Trace} from a worker's answer to `observe`, which may be anything."""
     if "told" in answer:
         lines = answer.get("lines")
-        raise CheckFailed(data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else []))
+        raise CheckFailed(
+            data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else [])
+        )
     found = answer.get("traces")
     try:
         return {s["id"]: _trace(found[s["id"]]) for s in data["scenarios"]}
@@ -169,12 +179,16 @@ def _traces(data, answer):
 
 
 def _trace(sent):
-    steps = [[v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]]
+    steps = [
+        [v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]
+    ]
     stop = None
     if sent["stop"] is not None:
         key, text, line = sent["stop"]
         call, kind, numbers, message = key
-        stop = subjects.Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
+        stop = subjects.Stop(
+            [int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line)
+        )
     return subjects.Trace(steps, stop, str(sent["printed"]))
 
 

@@ -46,15 +46,23 @@ class Gradebook:
                     for statement in TABLES.split(";"):
                         self.db.execute(statement)
                     first = {"version": VERSION, "seed": secrets.randbits(62) if seed is None else seed}
-                    self.db.executemany("INSERT INTO meta VALUES (?, ?)", [(k, str(v)) for k, v in first.items()])
+                    self.db.executemany(
+                        "INSERT INTO meta VALUES (?, ?)", [(k, str(v)) for k, v in first.items()]
+                    )
             meta = dict(self._all("SELECT key, value FROM meta"))
         except sqlite3.Error as error:
-            raise Problem(f"{path} cannot be used as a gradebook ({error}): move it away, or choose another --out.") from None
+            raise Problem(
+                f"{path} cannot be used as a gradebook ({error}): move it away, or choose another --out."
+            ) from None
         if meta.get("version") != str(VERSION):
-            raise Problem(f"{path} was made by another version of this kit: finish with that one, or choose another --out.")
+            raise Problem(
+                f"{path} was made by another version of this kit: finish with that one, or choose another --out."
+            )
         self.seed = int(meta["seed"])
         if seed is not None and seed != self.seed:
-            raise Problem(f"{path} was begun with --seed {self.seed}: leave the option out, or choose another --out.")
+            raise Problem(
+                f"{path} was begun with --seed {self.seed}: leave the option out, or choose another --out."
+            )
 
     def __enter__(self):
         """All or nothing; inside another one it is part of that."""
@@ -90,7 +98,9 @@ class Gradebook:
             "ORDER BY id DESC LIMIT 1", lab, student, identifier, digest)  # fmt: skip
         return rows[0] if rows else None
 
-    def add(self, lab, student, identifier, source, digest, paper, when, late, notes, answers, level, problem=""):
+    def add(
+        self, lab, student, identifier, source, digest, paper, when, late, notes, answers, level, problem=""
+    ):
         """A new submission; returns its id. One that cannot be graded is done at once."""
         row = (lab, student, identifier, source, digest, paper, when and when.isoformat(), int(late), json.dumps(notes),
                json.dumps(answers), level, problem, int(bool(problem)), 0, _now())  # fmt: skip
@@ -108,7 +118,8 @@ class Gradebook:
                 (id,),
             )
             self.db.execute(
-                "UPDATE submission SET current = 1, notes = ?, late = ? WHERE id = ?", (json.dumps(notes), int(late), id)
+                "UPDATE submission SET current = 1, notes = ?, late = ? WHERE id = ?",
+                (json.dumps(notes), int(late), id),
             )
 
     def choose_best(self, lab):
@@ -146,14 +157,27 @@ class Gradebook:
 
     def hand(self, result, check, points, reason):
         """A mark that a person gave; it stays until a person gives another."""
-        row = (result.lab, result.student, result.identifier, check, points, reason, result.answers.get(check), _now())
+        row = (
+            result.lab,
+            result.student,
+            result.identifier,
+            check,
+            points,
+            reason,
+            result.answers.get(check),
+            _now(),
+        )
         self.db.execute("INSERT OR REPLACE INTO hand VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def written(self):
         """Lists of results as grades.csv held them when it was last written, and the time before: see `wrote`."""
-        stored = [json.loads(value) for (value,) in self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")]
+        stored = [
+            json.loads(value)
+            for (value,) in self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")
+        ]
         return [
-            [Result(*about, marks=[Mark(*mark) for mark in marks]) for *about, marks in snapshot] for snapshot in stored
+            [Result(*about, marks=[Mark(*mark) for mark in marks]) for *about, marks in snapshot]
+            for snapshot in stored
         ]
 
     def wrote(self, results):
@@ -162,7 +186,13 @@ class Gradebook:
         Two are kept, since a grader may be killed between this and the writing.
         """
         snapshot = [
-            [r.student, r.identifier, r.lab, r.source, [[m.check, m.points, m.max_points, m.status, m.reason] for m in r.marks]]
+            [
+                r.student,
+                r.identifier,
+                r.lab,
+                r.source,
+                [[m.check, m.points, m.max_points, m.status, m.reason] for m in r.marks],
+            ]
             for r in results
         ]
         with self:
@@ -176,7 +206,9 @@ class Gradebook:
     def results(self, lab, figures=False):
         """A generator of Result, one for each student, by name: of the submission that counts."""
         ids = self._all(
-            "SELECT id FROM submission WHERE lab = ? AND current = 1 ORDER BY student COLLATE NOCASE, identifier", lab)
+            "SELECT id FROM submission WHERE lab = ? AND current = 1 ORDER BY student COLLATE NOCASE, identifier",
+            lab,
+        )
         for (id,) in ids:
             yield self.result(id, figures)
 

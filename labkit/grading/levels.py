@@ -11,7 +11,7 @@ from pathlib import Path
 
 from . import cgroup, probe
 from .confine import MEMORY, usable
-from .proxy import Channel
+from .channel import Channel
 from .sandbox import Sandbox
 
 WORDS = {
@@ -39,7 +39,13 @@ def find(runtime):
     ways = []
     if shutil.which("bwrap"):
         if cgroup.parent():
-            ways.append(("bubblewrap + cgroup", Sandbox("bubblewrap", runtime, group=True, seccomp=can["seccomp"]), ""))
+            ways.append(
+                (
+                    "bubblewrap + cgroup",
+                    Sandbox("bubblewrap", runtime, group=True, seccomp=can["seccomp"]),
+                    "",
+                )
+            )
         ways.append(("bubblewrap", Sandbox("bubblewrap", runtime, seccomp=can["seccomp"]), ""))
     else:
         ways.append(("bubblewrap", None, "the program bwrap is not installed"))
@@ -79,7 +85,7 @@ def _open_to_all(path):
 def try_out(sandbox):
     """The promises of probe.PROMISES that this sandbox keeps."""
     with _targets() as targets, _secret():
-        channel = Channel(sandbox)
+        channel = Channel(sandbox, 60)
         try:
             channel.settle()
             answer = channel.ask({"do": "probe", **targets}, 30)

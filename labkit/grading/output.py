@@ -60,13 +60,21 @@ def summary(results, out, paper, told):
     if graded:
         mean = sum(result.points for result in graded) / len(graded)
         print(f"Mean {mean:.1f} of {tables.plain(most)} points so far;", end=" ")
-        print(f"{sum(result.open for result in graded)} written answers to be read (points go into {out / 'grades.csv'}).")
+        print(
+            f"{sum(result.open for result in graded)} written answers to be read (points go into {out / 'grades.csv'})."
+        )
     for result in unfit:
         print(f"Could not be graded: {tables.clean(result.student)}: {result.problem}")
-    for reason, group in groupby(sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason):
+    for reason, group in groupby(
+        sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason
+    ):
         group = list(group)
-        print(f"{len(group)} checks could not be run, the first of {tables.clean(group[0][0].student)}, {group[0][1].check}: {reason}")
+        print(
+            f"{len(group)} checks could not be run, the first of {tables.clean(group[0][0].student)}, {group[0][1].check}: {reason}"
+        )
     for sentence in told:
         print(sentence)
-    print(f"See {out / f'class-{paper.lab}.html'} for the class, {out / f'to-mark-{paper.lab}.html'} for the written answers.")
+    print(
+        f"See {out / f'class-{paper.lab}.html'} for the class, {out / f'to-mark-{paper.lab}.html'} for the written answers."
+    )
     return 1 if unfit or broken else 0

@@ -59,13 +59,20 @@ def read(lab, root=ROOT):
     solution, student = Path(root) / "solutions" / f"{lab}.ipynb", Path(root) / "notebooks" / f"{lab}.ipynb"
     if not solution.is_file() or not student.is_file():
         known = ", ".join(sorted(p.stem for p in (Path(root) / "solutions").glob("[0-9]*.ipynb")))
-        raise Problem(f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}.")
+        raise Problem(
+            f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}."
+        )
     book = [_Cell(cell) for cell in json.loads(solution.read_text(encoding="utf-8"))["cells"]]
     released = cells_of(json.loads(student.read_text(encoding="utf-8")), student)
     shown = {cell.id for cell in released}
     subjects = _defined([cell.source for cell in book if cell.role == "answer" and cell.code])
     setup, cells, checks = [], [], []
-    needed = {word for cell in book if cell.code and "hidden" in cell.tags for word in re.findall(r"\w+", cell.source)}
+    needed = {
+        word
+        for cell in book
+        if cell.code and "hidden" in cell.tags
+        for word in re.findall(r"\w+", cell.source)
+    }
     for cell in book:
         marks = cell.metadata.get("nbgrader", {})
         hidden = "hidden" in cell.tags
@@ -75,7 +82,9 @@ def read(lab, root=ROOT):
             points = float(marks["points"]) if marks.get("grade") else None
             title = cell.metadata.get("title", cell.id)
             if points is not None and not cell.printed:
-                raise Problem(f"{solution.name}: the check '{cell.id}' has no output to compare with: run `labkit build`.")
+                raise Problem(
+                    f"{solution.name}: the check '{cell.id}' has no output to compare with: run `labkit build`."
+                )
             uses = _uses(cell.source, subjects)
             cells.append(CheckCell(cell.id, title, points, hidden, cell.source, cell.printed, uses))
             if points is not None:

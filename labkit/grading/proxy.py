@@ -1,11 +1,9 @@
-"""The trusted side of a worker: ask with data, wait no longer than allowed, believe nothing.
+"""The trusted side of a worker.
 
-`Student` holds one student's worker; `StudentFunction` and `StudentClass` look like the student's own
-function and class to an instructor's check cell.
+`Student` holds one student's worker; `Stand` and `StandFilter` look like the student's own function, class
+and filter to an instructor's check cell.
 """
 
-import os
-import selectors
 import time
 from collections import Counter
 
@@ -14,111 +12,12 @@ import numpy as np
 from ..feedback import FilterError
 from ..log import START as START_MEAN
 from ..log import START_COV
-from . import wire
+from .channel import SPOILT, Channel, Lost
 
-START = 30  # seconds for a worker to be there, on a busy machine
 CALL = 10  # seconds for the answer to one call
 TOTAL = 60  # seconds for all calls of one student
-USED_UP = "This check was left out: your code had used up its time in the checks before it."
-SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
 HANGS = 2  # times that one function or class may be stopped before its other checks are left out
-
-
-class Lost(FilterError):
-    """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student."""
-
-
-class Raised(FilterError):
-    """The student's code raised: kind is the exception's type, place (cell label, line) or None."""
-
-    def __init__(self, kind, place, text):
-        super().__init__(text)
-        self.kind, self.place = kind, place
-
-
-class Channel:
-    """One worker process and its pipes."""
-
-    def __init__(self, sandbox, seconds=TOTAL):
-        self.worker = sandbox.start(seconds)
-        self.ready = False
-        for stream in (self.worker.process.stdin, self.worker.process.stdout):
-            os.set_blocking(stream.fileno(), False)
-
-    def settle(self):
-        """Wait until it has confined itself."""
-        if not self.ready:
-            self.ask({"do": "confine", **self.worker.limits}, START)
-            self.ready = True
-
-    def ask(self, request, seconds):
-        """The answer to a request. Raises Lost; then the worker is no use any more."""
-        deadline = time.monotonic() + seconds
-        self._send(wire.pack(request), deadline)
-        try:
-            head = self._receive(8, deadline)
-            text, raw = wire.sizes(head)
-            body = self._receive(text + raw, deadline)
-            answer = wire.unpack(body[:text], body[text:])
-        except wire.Garbage:
-            raise Lost(SPOILT) from None
-        if not isinstance(answer, dict):
-            raise Lost(SPOILT)
-        if "odd" in answer:
-            raise Raised("TypeError", None, f"What came back is no number and no array: {answer['odd']}.")
-        if "raised" in answer:
-            raise Raised(*_failure(answer))
-        return answer
-
-    def _send(self, data, deadline):
-        stream = self.worker.process.stdin
-        view = memoryview(data)
-        while view:
-            self._wait(stream, selectors.EVENT_WRITE, deadline)
-            try:
-                view = view[os.write(stream.fileno(), view) :]
-            except BlockingIOError:
-                continue
-            except OSError:
-                raise Lost(self._gone()) from None
-
-    def _receive(self, count, deadline):
-        stream, parts = self.worker.process.stdout, []
-        while count:
-            self._wait(stream, selectors.EVENT_READ, deadline)
-            try:
-                part = os.read(stream.fileno(), min(count, 1 << 20))
-            except BlockingIOError:
-                continue
-            except OSError:
-                part = b""
-            if not part:
-                raise Lost(self._gone())
-            parts.append(part)
-            count -= len(part)
-        return b"".join(parts)
-
-    def _wait(self, stream, event, deadline):
-        left = deadline - time.monotonic()
-        with selectors.DefaultSelector() as selector:
-            selector.register(stream, event)
-            if left <= 0 or not selector.select(left):
-                raise Lost("Your code was still running when its time was up: does a loop never end?")
-
-    def _gone(self):
-        return (
-            "Your code ended Python itself, or used more memory or time than there is: "
-            "leave out exit() and the like, and look for a list that never stops growing."
-        )
-
-    def end(self):
-        self.worker.end()
-
-
-def _failure(answer):
-    kind, place, text = (answer.get(key) for key in ("raised", "place", "text"))
-    sound = isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
-    return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000]
+USED_UP = "This check was left out: your code had used up its time in the checks before it."
 
 
 class Student:
@@ -129,7 +28,7 @@ class Student:
 
     def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
         self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
-        self.call, self.left, self.hangs = call, float(total), Counter()
+        self.call, self.total, self.left, self.hangs = call, total, float(total), Counter()
         self.stuck = {}  # what was said when that happened
         self.channel, self.fresh = spare, True
         self.kinds, self.problems = {}, []
@@ -144,7 +43,7 @@ class Student:
             raise Lost(self.why_lost)
         if self.left <= 0:
             raise Lost(USED_UP)
-        self.channel = self.channel or Channel(self.sandbox)
+        self.channel = self.channel or Channel(self.sandbox, self.total)
         self.tainted = False
         try:
             self.channel.settle()
@@ -246,7 +145,9 @@ class Stand:
             "Q": np.asarray(log.Q if Q is None else Q, float), "R": np.asarray(log.R if R is None else R, float),
             "x0": np.asarray(x0, float), "P0": np.asarray(P0, float),
         }  # fmt: skip
-        return self.student.ask(self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
+        return self.student.ask(
+            self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more
+        )
 
     def observe(self, data, secret):
         """The answer of `do_observe`: what the object does on a check's inputs."""

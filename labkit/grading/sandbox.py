@@ -41,9 +41,7 @@ class Sandbox:
         if uid is not None and scratch:
             os.chown(scratch, uid, uid)
         needs = ["py_landlock"] * (self.way == "landlock") + ["pyseccomp"] * self.seccomp
-        code = (
-            f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.grading.inside import main; main(*{needs})"
-        )
+        code = f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.grading.inside import main; main(*{needs})"
         command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
         environment = {
             "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": inside or scratch, "TMPDIR": inside or scratch,
@@ -109,10 +107,28 @@ def readable(runtime):
 def bubblewrap(runtime, root):
     """The start of a command line that runs the rest of it with its own namespaces and nothing to write."""
     command = [shutil.which("bwrap") or "bwrap", "--die-with-parent", "--new-session", "--unshare-net"]
-    command += ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--cap-drop", "ALL"]
+    command += [
+        "--unshare-pid",
+        "--unshare-ipc",
+        "--unshare-uts",
+        "--unshare-cgroup-try",
+        "--cap-drop",
+        "ALL",
+    ]
     # Only root can open its own home folder, where Python may be: it binds first and drops itself later.
     command += ["--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"] if root else ["--unshare-user"]
-    command += ["--proc", "/proc", "--dev", "/dev", "--size", str(2**26), "--perms", "1777", "--tmpfs", "/tmp"]
+    command += [
+        "--proc",
+        "/proc",
+        "--dev",
+        "/dev",
+        "--size",
+        str(2**26),
+        "--perms",
+        "1777",
+        "--tmpfs",
+        "/tmp",
+    ]
     made = {"/", "/tmp", "/usr", "/etc"}
     for path in readable(runtime):
         if os.path.islink(path):

@@ -13,7 +13,9 @@ from .sandbox import make_runtime
 def look():
     """What levels.find finds on this machine, the best first."""
     if os.name == "nt":
-        raise Problem("Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows.")
+        raise Problem(
+            "Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows."
+        )
     with tempfile.TemporaryDirectory(prefix="labkit-") as folder:
         os.chmod(folder, 0o711)
         return levels.find(make_runtime(os.path.join(folder, "runtime")))
@@ -38,9 +40,13 @@ def choose(args):
             "Only a weak sandbox can be used here (level 1): `labkit sandbox` tells what is open. Install bubblewrap, or "
             "give --weak-sandbox if that will do."
         )
-    print(f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total if args else TOTAL:g} s for each submission.")
+    print(
+        f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total if args else TOTAL:g} s for each submission."
+    )
     if best.level < 3:
-        print("Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one.")
+        print(
+            "Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one."
+        )
     return best
 
 

@@ -1,7 +1,7 @@
 """How fast a class is graded, beside `nbgrader autograde` on the same answers and the same checks.
 
-  python tests/benchmarks/grading.py --nbgrader PYTHON [--count 60]   ratios; PYTHON has nbgrader and what labkit needs
-  python tests/benchmarks/grading.py --memory                         peak memory for 50 and for 1000 submissions
+python tests/benchmarks/grading.py --nbgrader PYTHON [--count 60]   ratios; PYTHON has nbgrader and what labkit needs
+python tests/benchmarks/grading.py --memory                         peak memory for 50 and for 1000 submissions
 """
 
 import argparse
@@ -26,7 +26,9 @@ TAGS = {"setup", "answer", "check", "hidden"}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--nbgrader", metavar="PYTHON", help="of an environment with nbgrader")
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--memory", action="store_true")
@@ -50,9 +52,13 @@ def speed(folder, count, python):
         return
     theirs = {n: nbgrader(folder, n, python) for n in (1, count)}
     show("nbgrader autograde", theirs, count)
-    print(f"throughput, {count} submissions, one process each: {theirs[count]['wall'] / ours[count]['wall']:.1f} times")
+    print(
+        f"throughput, {count} submissions, one process each: {theirs[count]['wall'] / ours[count]['wall']:.1f} times"
+    )
     print(f"CPU of a further submission: 1/{further(theirs, count) / further(ours, count):.1f}")
-    print(f"a single submission: {ours[1]['wall']:.2f} s to feedback, nbgrader {theirs[1]['wall']:.2f} s to marks")
+    print(
+        f"a single submission: {ours[1]['wall']:.2f} s to feedback, nbgrader {theirs[1]['wall']:.2f} s to marks"
+    )
 
 
 def show(name, runs, count):

@@ -1,0 +1,107 @@
+"""Whose a file is and which lab it may be of, from the names that an LMS or a person gave it."""
+
+import re
+from dataclasses import dataclass
+
+from .archive import readable
+
+MAX_DEPTH = 4  # folders inside a student's folder
+# The full name has no underscore of its own: Moodle makes spaces of them. The first match is Moodle's.
+MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_(?P<plugin>[a-z]+)(?:_(?P<file>.*))?$")
+# Without an upload's number it is a text or a link that was typed in. The number never begins with 0,
+# so 'group_3_01_cartesian_ekf' is not Canvas's.
+CANVAS = re.compile(
+    r"(?:(?!LATE_)(?P<name>.+?)_)?(?P<late>LATE_)?(?P<id>\d+|anon_[^_]+)"
+    r"_(?:(?P<upload>[1-9]\d*)_(?P<file>.+)|(?P<typed>(?:text|link)\.html))$"
+)
+OTHER = re.compile(r"(?<!\d)0\d[ _-][a-z]\w*", re.IGNORECASE)  # the name of any lab
+COPY = re.compile(r"(?:[ _-]+copy ?\d*|[ _-]*\(\d+\)|[ _-]+\d+)$", re.IGNORECASE)
+
+
+@dataclass
+class Owner:
+    """What a path says: whose it is, and the file's name as the student gave it ('' for a bare folder)."""
+
+    student: str
+    identifier: str = ""
+    name: str = ""
+    late: bool = False
+    typed: bool = False
+    upload: int = 0
+    canvas: bool = False
+
+
+def unwrapped(members, lab):
+    """Pairs of a member's parts and itself, without the folders that hold the whole class."""
+    pairs = [(_cut(member.parts), member) for member in members]
+    for _ in range(MAX_DEPTH):
+        tops = {parts[0] for parts, _ in pairs}
+        inner = [(parts[1:], member) for parts, member in pairs if len(parts) > 1]
+        if len(tops) != 1 or not inner or MOODLE.match(*tops) or is_notebook(*tops):
+            return pairs
+        # A notebook whose name is only the lab's needs the folder to tell whose it is.
+        books = [parts for parts, member in inner if len(parts) == 1 and is_notebook(parts[0])]
+        if not all(owner_of(parts, False, lab) for parts in books):
+            return pairs
+        pairs = inner
+    return pairs
+
+
+def _cut(parts):
+    """A folder that is named like a notebook counts as that notebook, to be refused."""
+    for number, part in enumerate(parts, start=1):
+        if is_notebook(part):
+            return parts[:number]
+    return parts
+
+
+def owner_of(parts, folder, lab):
+    """The Owner of a path, None if it names no student."""
+    top = parts[0]
+    name = parts[-1] if len(parts) > 1 else ""
+    if match := MOODLE.match(top):
+        student, number = readable(match["name"].replace("_", " ")) or "?", match["id"]
+        if student.lower() == "participant":  # marked blind
+            student = f"{student} {number}"
+        return Owner(student, number, name or match["file"] or "", typed=match["plugin"] != "file")
+    if match := re.fullmatch(r"(Participant)[_ ](\d+)", top, re.IGNORECASE):
+        return Owner(f"{match[1]} {match[2]}", match[2], name)
+    if len(parts) > 1 or folder and not is_notebook(top):
+        return Owner(readable(top), "", name)
+    match = CANVAS.match(top)
+    if match and (match["name"] or not match["id"].isdigit()):
+        number = match["id"].removeprefix("anon_")
+        return Owner(
+            readable(match["name"] or f"Anonymous {number}"), number, match["file"] or match["typed"],
+            bool(match["late"]), bool(match["typed"]), int(match["upload"] or 0), canvas=True,
+        )  # fmt: skip
+    student = _student(top[: -len(".ipynb")], lab) if is_notebook(top) else ""
+    return Owner(student, "", top) if student else None
+
+
+def _student(stem, lab):
+    """'lovelace' of 'lovelace_01_cartesian_ekf', '01_cartesian_ekf-lovelace (1)' and 'lovelace-Copy1'."""
+    match = pattern_of(lab).search(stem) or OTHER.search(stem)
+    before, after = (stem[: match.start()], stem[match.end() :]) if match else (stem, "")
+    before = re.sub(r"^copy of ", "", before, flags=re.IGNORECASE)
+    if not match:
+        before = re.sub(r"\s*\(\d+\)$|-copy\d*$", "", before, flags=re.IGNORECASE)
+    return readable(before.strip(" _-.()") or COPY.sub("", COPY.sub("", after)).strip(" _-.()"))
+
+
+def is_notebook(name):
+    return name.lower().endswith(".ipynb")
+
+
+def pattern_of(lab):
+    """Finds a lab's name, also with spaces or hyphens for its underscores."""
+    return re.compile(r"(?<!\d)" + "[ _-]".join(map(re.escape, lab.split("_"))), re.IGNORECASE)
+
+
+def is_lab(name, lab):
+    return bool(pattern_of(lab).search(name))
+
+
+def is_other(name, lab):
+    match = OTHER.search(name)
+    return bool(match) and match[0][:2] != lab[:2]
