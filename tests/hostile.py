@@ -69,7 +69,7 @@ CODE = [
     ("warns without end", "import warnings", predict("\n    while True: warnings.warn('x')"), PARTS, STUCK),
     ("recursion", "", predict("self.predict(u)"), PARTS, "calls itself without an end"),
     ("recursion in C", "import sys; sys.setrecursionlimit(10**9)", predict("self.predict(u)"), PARTS, ""),
-    ("an answer of 100 MB", "import numpy as np", predict("self.xk_k = np.ones(10**7)"), PARTS, "more than 16 MB"),
+    ("an answer of 100 MB", "import numpy as np", predict("self.xk_k = np.ones(10**7)"), PARTS, ""),
     ("a nest of lists", "", predict("x = []\n    for i in range(10**5): x = [x]\n    self.xk_k = x"), PARTS, ""),
     ("input()", "", predict("input('?')"), PARTS, ""),
     # It reaches out.

@@ -4,8 +4,10 @@ import csv
 import html
 import os
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -39,7 +41,7 @@ def test_this_machine_has_a_sandbox():
 
 @pytest.fixture(scope="module", params=[4, 3, 2])
 def graded(request, tmp_path_factory):
-    """(rows of grades.csv by student, the folder of results, the canary folder) of the whole corpus at one level."""
+    """Of the whole corpus at one level: rows of grades.csv by student; folders: of results, canary, temporary files."""
     if request.param not in levels():
         pytest.skip(f"this machine has no sandbox of level {request.param}")
     base = tmp_path_factory.mktemp("corpus")
@@ -53,25 +55,29 @@ def graded(request, tmp_path_factory):
         as_file(base / "class" / re.sub(r"\W", "-", name) / f"{LAB}.ipynb", book)
     for name in ("aaa honest", "zzz honest"):
         as_file(base / "class" / name / f"{LAB}.ipynb", filled())
+    # Its workers are told from others' by this name, which is in their command lines.
+    temporary = Path(tempfile.mkdtemp(prefix="labkit-corpus-"))
+    temporary.chmod(0o755)
     done = labkit("grade", base / "class", "--lab", LAB, "--out", base / "out", "--level", request.param,
-                  "--call", "4", "--total", "16", canary=str(canary))  # fmt: skip
+                  "--call", "4", "--total", "16", LABKIT_CANARY=str(canary), TMPDIR=str(temporary))  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     rows = {}
     with open(base / "out" / "grades.csv", encoding="utf-8-sig", newline="") as file:
         for row in csv.DictReader(file):
             rows.setdefault(row["student"], []).append(row)
-    return rows, base / "out", canary
+    yield rows, base / "out", canary, temporary
+    shutil.rmtree(temporary)
 
 
-def labkit(*arguments, canary=""):
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", "LABKIT_CANARY": canary}
+def labkit(*arguments, **variables):
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", **variables}
     command = [sys.executable, "-m", "labkit", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=env, timeout=900)
 
 
 @pytest.mark.parametrize("case", CODE, ids=[case[0] for case in CODE])
 def test_a_case_has_its_outcome(graded, case):
-    rows, _, _ = graded
+    rows, *_ = graded
     name, _, _, outcome, words = case
     marks = [row for row in rows[re.sub(r"\W", "-", name)] if row["status"] != "open"]
     passed = {row["check"] for row in marks if row["status"] == "passed"}
@@ -85,17 +91,17 @@ def test_a_case_has_its_outcome(graded, case):
 
 @pytest.mark.parametrize("student", ["aaa honest", "zzz honest"])
 def test_the_others_get_their_points(graded, student):
-    rows, _, _ = graded
+    rows, *_ = graded
     assert all(row["status"] in ("passed", "open") for row in rows[student])
 
 
 def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
-    rows, _, _ = graded
+    rows, *_ = graded
     assert any(row["status"] == "failed" for row in rows["right-at-first--wrong-later"])
 
 
 def test_nothing_hidden_reaches_a_student(graded):
-    rows, out, _ = graded
+    rows, out, *_ = graded
     pages = {
         path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")
     }
@@ -110,7 +116,7 @@ def test_nothing_hidden_reaches_a_student(graded):
 
 
 def test_nothing_outside_is_touched(graded):
-    _, _, canary = graded
+    canary = graded[2]
     assert list(canary.iterdir()) == []
 
 
@@ -121,4 +127,5 @@ def test_no_process_is_left(graded):
             command = process.joinpath("cmdline").read_bytes()
         except OSError:
             continue
-        assert b"labkit.grading.inside" not in command, command
+        assert str(graded[3]).encode() not in command, command
+    assert list(graded[3].iterdir()) == []  # and no file
