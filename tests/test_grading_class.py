@@ -1,11 +1,14 @@
 """A whole class from Moodle's zip to its worksheet: killed, resumed, marked by hand, graded anew, on a cluster."""
 
+import atexit
 import csv
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -23,7 +26,11 @@ def command(*arguments):
     return [sys.executable, "-m", "labkit", "grade", *map(str, arguments), "--lab", LAB]
 
 
-ENV = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
+# All that these graders start is told from others' by this name, in its command line or its variables.
+TEMPORARY = Path(tempfile.mkdtemp(prefix="labkit-class-"))
+TEMPORARY.chmod(0o755)
+atexit.register(shutil.rmtree, TEMPORARY, ignore_errors=True)
+ENV = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", "TMPDIR": str(TEMPORARY)}
 
 
 def grade(*arguments, status=0):
@@ -126,7 +133,7 @@ def count(out):
 
 
 def leftovers():
-    """Processes of this test's graders that are still there."""
+    """Processes of these graders that are still there."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -134,7 +141,7 @@ def leftovers():
             mine = process.joinpath("environ").read_bytes()
         except OSError:
             continue
-        if "labkit.grading" in line and b"PYTEST_CURRENT_TEST" in mine:
+        if str(TEMPORARY) in line or str(TEMPORARY).encode() in mine:
             found.append(line)
     return found
 

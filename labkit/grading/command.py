@@ -45,16 +45,19 @@ def grade(args):
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
-        here = stack.enter_context(run.Local(args.jobs)) if not args.scheduler else None
-        sandbox = choose(args)
         with open_submissions(args.submissions) as submissions, book:
-            jobs, notes = register(book, paper, submissions, sandbox, args)
+            jobs, notes = register(book, paper, submissions, args)
         for note in notes:
             print(f"Note: {note}")
         loading = threading.Thread(target=importlib.import_module, args=("labkit.grading.output",))
-        loading.start()  # matplotlib takes a second
-        work(book, paper, sandbox, jobs, here, args)
-        loading.join()
+        if jobs:
+            # The processes load while the sandboxes are tried out, and matplotlib while they work.
+            here = stack.enter_context(run.Local(args.jobs)) if not args.scheduler else None
+            sandbox = choose(args)
+            book.set_level([job.id for job in jobs], sandbox.level)
+            loading.start()
+            work(book, paper, sandbox, jobs, here, args)
+            loading.join()
         if args.attempts == "best":
             book.choose_best(paper.lab)
         from .output import write_all
@@ -112,7 +115,7 @@ def take_hand_marks(book, path):
         print(f"Note: {note}")
 
 
-def register(book, paper, submissions, sandbox, args):
+def register(book, paper, submissions, args):
     """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
     entries, unfits, notes = submissions.survey(paper.lab)
     kinds = {cell.id: cell.code for cell in paper.released if cell.role == "answer"}
@@ -136,7 +139,7 @@ def register(book, paper, submissions, sandbox, args):
             if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
                 written = assemble(paper.released, cells).answers
                 id, done = (
-                    book.add(*about, digest, paper.digest, entry.when, late, told, written, sandbox.level),
+                    book.add(*about, digest, paper.digest, entry.when, late, told, written),
                     False,
                 )
             elif done:
@@ -165,7 +168,7 @@ def refuse(book, paper, entry, reason):
     """Enter a submission that cannot be graded, once."""
     about = (paper.lab, entry.student, entry.identifier, entry.source)
     known = book.find(paper.lab, entry.student, entry.identifier, reason)
-    id = known[0] if known else book.add(*about, reason, paper.digest, entry.when, False, [], {}, 0, reason)
+    id = known[0] if known else book.add(*about, reason, paper.digest, entry.when, False, [], {}, reason)
     book.choose(id, [], False)
 
 
@@ -197,8 +200,6 @@ def again(regrade, student, identifier):
 
 def work(book, paper, sandbox, jobs, here, args):
     """Grade the jobs; each mark goes into the gradebook as it comes."""
-    if not jobs:
-        return
     room = run.Room(paper, book.seed, run.way(sandbox), {"call": args.call, "total": args.total})
     if args.scheduler:
         from .cluster import remote

@@ -98,16 +98,19 @@ class Gradebook:
             "ORDER BY id DESC LIMIT 1", lab, student, identifier, digest)  # fmt: skip
         return rows[0] if rows else None
 
-    def add(
-        self, lab, student, identifier, source, digest, paper, when, late, notes, answers, level, problem=""
-    ):
+    def add(self, lab, student, identifier, source, digest, paper, when, late, notes, answers, problem=""):
         """A new submission; returns its id. One that cannot be graded is done at once."""
         row = (lab, student, identifier, source, digest, paper, when and when.isoformat(), int(late), json.dumps(notes),
-               json.dumps(answers), level, problem, int(bool(problem)), 0, _now())  # fmt: skip
+               json.dumps(answers), 0, problem, int(bool(problem)), 0, _now())  # fmt: skip
         columns = ("lab, student, identifier, source, digest, paper, handed_in, late, notes, answers, level, problem, "
                    "done, current, added")  # fmt: skip
         marks = ", ".join("?" * len(row))
         return self.db.execute(f"INSERT INTO submission ({columns}) VALUES ({marks})", row).lastrowid
+
+    def set_level(self, ids, level):
+        """The sandbox level that these submissions are graded at."""
+        with self:
+            self.db.executemany("UPDATE submission SET level = ? WHERE id = ?", [(level, id) for id in ids])
 
     def choose(self, id, notes, late):
         """Let this submission be the one that counts for its student and lab; the others are history."""

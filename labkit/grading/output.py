@@ -1,5 +1,6 @@
 """Everything that a grading run leaves for people: tables, pages, and the LMS's own file filled in."""
 
+import os
 from itertools import groupby
 from pathlib import Path
 
@@ -8,6 +9,7 @@ from .class_page import class_page
 from .figures import Drawer
 from .page import file_name
 from .pages import feedback_page, to_mark_page
+from .records import Problem
 
 
 def write_all(book, paper, out, args):
@@ -46,7 +48,12 @@ def feedback(book, paper, out, results):
 
 def write(path, text):
     """A page, whole or not at all."""
-    tables.replace(Path(path), text.encode("utf-8", "replace"))
+    part = Path(f"{path}.part")
+    try:
+        part.write_text(text, encoding="utf-8", errors="replace")
+        os.replace(part, path)
+    except OSError as error:
+        raise Problem(f"{path} cannot be written: {error.strerror or error}.") from None
 
 
 def summary(results, out, paper, told):
