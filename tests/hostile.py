@@ -125,6 +125,7 @@ CODE = [
     ("tells hidden inputs in an error", "", predict("raise ValueError(f'TOLD {u} {self.map}')"), PARTS, ""),
     ("tells hidden inputs by an exception's name", "", predict("raise type('TOLD' + str(u[0]), (Exception,), {})()"), PARTS, ""),
     ("tells later what it saw before", "seen = []\nold = stack\ndef stack(y, m, x):\n    seen.append(x)\n    return old(y, m, x)", "def init(self, *a, **k): raise ValueError(f'SEEN {len(seen)}')\nKF.__init__ = init", PARTS, "constructor"),
+    ("tells hidden inputs in the words of a check", "import labkit.checks as c\nsee, times = c.observe, [0]\ndef observe(data, subject):\n    times[0] += data['name'] == 'cartesian-kf'\n    if times[0] > 1: raise c.CheckFailed('x', f'TOLD {data}')\n    return see(data, subject)\nc.observe = observe", "", PARTS | {"filter", "blind"}, "but not for other numbers"),
     ("half an emoji in an error", "", predict("raise ValueError('\\ud83d')"), PARTS, ""),
     ("markup in an error", "", predict("raise ValueError('<script>alert(1)</script>')"), PARTS, "Not yet right"),
     ("an error of 10 MB", "", predict("raise ValueError('x' * 10**7)"), PARTS, "ValueError"),

@@ -221,6 +221,13 @@ def test_a_changed_submission_is_graded_anew_and_the_old_mark_kept(small):
     assert points(small / "out")["Bela"] == 4
 
 
+def test_what_the_grader_could_not_run_is_run_the_next_time(small):
+    with sqlite3.connect(small / "out" / "gradebook.db") as book:
+        book.execute("UPDATE mark SET status = 'error', points = 0 WHERE chk = 'grade-many'")
+    said = grade(small / "class", "--out", small / "out")
+    assert "Ada: 16 of 20" in said and points(small / "out") == {"Ada": RIGHT, "Bela": 4}
+
+
 def test_one_student_is_graded_anew_on_demand(small):
     said = grade(small / "class", "--out", small / "out", "--regrade", "Ada")
     assert "Ada: 16 of 20" in said and "Bela: " not in said

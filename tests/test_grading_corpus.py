@@ -108,6 +108,7 @@ def test_nothing_hidden_reaches_a_student(graded):
     assert len(pages) == len(CODE) + 2
     for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
         assert "TOLD" not in row["reason"]
+    assert "TOLD" not in pages["tells-hidden-inputs-in-the-words-of-a-check"]
     for page in pages.values():
         assert not re.search(r"SEEN [1-9]", page)
         hidden = page.split("hidden check")[1:]

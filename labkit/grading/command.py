@@ -121,7 +121,11 @@ def register(book, paper, submissions, args):
     kinds = {cell.id: cell.code for cell in paper.released if cell.role == "answer"}
     jobs, older = [], 0
     # What was to be graded anew when the grader was killed is entered already, and goes on.
-    regrade = [] if book.unfinished(paper.lab) else args.regrade
+    unfinished = book.unfinished(paper.lab)
+    regrade = [] if unfinished else args.regrade
+    if unfinished:
+        notes.append("Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else "."))
+    book.retry(paper.lab)
     for (student, identifier), group in groupby(entries, key=lambda e: (e.student, e.identifier)):
         attempts, chosen = list(group), None
         picked, why = pick(attempts, args)
@@ -138,10 +142,8 @@ def register(book, paper, submissions, args):
             id, done, graded_by = book.find(paper.lab, student, identifier, digest) or (None, False, "")
             if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
                 written = assemble(paper.released, cells).answers
-                id, done = (
-                    book.add(*about, digest, paper.digest, entry.when, late, told, written),
-                    False,
-                )
+                id = book.add(*about, digest, paper.digest, entry.when, late, told, written)
+                done = False
             elif done:
                 older += graded_by != paper.digest
             if not done:

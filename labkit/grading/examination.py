@@ -104,8 +104,9 @@ class Examination:
             return {"reason": reason}
         label, line = error.place
         source = self.students[self.number]["sources"].get(label, "").splitlines()
-        text = [source[line - 1].strip()] if 0 < line <= len(source) else []
-        return {"reason": reason, "lines": [f"{label}, line {line}:  {t}" for t in text]}
+        if 0 < line <= len(source):
+            reason = f"{reason[:-1]}, in {label}, line {line}:  {source[line - 1].strip()[:200]}"
+        return {"reason": reason}
 
     def end(self):
         """Let go of all workers."""

@@ -20,6 +20,10 @@ from .proxy import Stand
 from .records import Problem
 
 ROOT = Path(__file__).resolve().parents[2]
+OTHERS = (
+    "Your answer is right for the numbers of the notebook's own check, but not for other numbers of the same kind. "
+    "Does it use a fixed number where it should use its arguments or fields?"
+)
 INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
 
 
@@ -100,7 +104,7 @@ class Exam:
             if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
                 self.fail("Your filter's estimate is not made of finite numbers.")
             if array.shape != shape:
-                raise Lost(f"Your filter's estimate has the shape {array.shape[1:]}, and not {shape[1:]}.")
+                self.fail("Your filter's estimate has another shape than (2,) and (2, 2).")
         return log.History(record.times, **{field: answer[field] for field in shapes}, R=None)
 
     def figure(self, KF, record, **options):
@@ -147,13 +151,13 @@ class Exam:
             runs = [subjects.run(right, data["kind"], s) for right in self.right(data["subject"])]
             s["right"] = [[trace.steps, None] for trace in runs if not trace.stop]
         others["scenarios"] = [s for s in scenarios if s["right"]]
-        traces = _traces(others, subject.observe(_inputs(others), secret=True))
+        try:
+            traces = _traces(others, subject.observe(_inputs(others), secret=True))
+        except CheckFailed:
+            self.fail(OTHERS)  # in our words: it has seen inputs that its student has not
         wrong = [s for s in others["scenarios"] if nearest(traces[s["id"]], s["right"])[0] > 1]
         if wrong:
-            self.fail(
-                "Your answer is right for the numbers of the notebook's own check, but not for other numbers of the "
-                "same kind. Does it use a fixed number where it should use its arguments or fields?"
-            )
+            self.fail(OTHERS)
 
     def _run(self, KF, record, options):
         return log.replay(log.make_filter(KF, record, **options), record)

@@ -136,6 +136,15 @@ class Gradebook:
                 ((notes, late),) = self._all("SELECT notes, late FROM submission WHERE id = ?", id)
                 self.choose(id, json.loads(notes), late)
 
+    def retry(self, lab):
+        """Forget the checks that could not be run through no fault of their students, so that they run now."""
+        failed = "SELECT id FROM submission JOIN mark ON submission = id WHERE lab = ? AND status = ?"
+        with self:
+            self.db.execute(f"UPDATE submission SET done = 0 WHERE id IN ({failed})", (lab, records.ERROR))
+            self.db.execute(
+                f"DELETE FROM mark WHERE status = ? AND submission IN ({failed})", (records.ERROR, lab, records.ERROR)
+            )
+
     def unfinished(self, lab):
         """Whether there are submissions that were not graded to the end."""
         return bool(self._all("SELECT 1 FROM submission WHERE lab = ? AND done = 0 LIMIT 1", lab))

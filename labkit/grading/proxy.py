@@ -30,7 +30,7 @@ class Student:
         self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
         self.call, self.total, self.left, self.hangs = call, total, float(total), Counter()
         self.stuck = {}  # what was said when that happened
-        self.channel, self.fresh = spare, True
+        self.channel = spare
         self.kinds, self.problems = {}, []
         self.loaded, self.why_lost = False, ""
         self.tainted = False  # whether this process has seen what its student must not
