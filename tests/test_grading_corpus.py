@@ -18,6 +18,7 @@ from reference import ROOT
 pytest.importorskip("nbval")
 pytestmark = pytest.mark.slow
 
+TOLD = re.compile(r"TOLD ?(\[|-?\d|\{')")  # an input told; the student's own source line may say TOLD {u}
 KINDS = {  # what the outcomes of hostile.py are made of
     "parts": {"check-stack", "grade-stack", "check-repeat", "grade-repeat"},
     "stack": {"check-stack", "grade-stack"},
@@ -107,12 +108,12 @@ def test_nothing_hidden_reaches_a_student(graded):
     }
     assert len(pages) == len(CODE) + 2
     for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
-        assert "TOLD" not in row["reason"]
-    assert "TOLD" not in pages["tells-hidden-inputs-in-the-words-of-a-check"]
+        assert not TOLD.search(row["reason"])
+    assert not TOLD.search(pages["tells-hidden-inputs-in-the-words-of-a-check"])
     for page in pages.values():
         assert not re.search(r"SEEN [1-9]", page)
         hidden = page.split("hidden check")[1:]
-        assert not any("TOLD" in part[:600] for part in hidden)
+        assert not any(TOLD.search(part[:600]) for part in hidden)
         assert "exam." not in page and "drive(" not in page and "BEGIN SOLUTION" not in page
 
 

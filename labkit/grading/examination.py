@@ -77,7 +77,10 @@ class Examination:
         if isinstance(error, Missing):
             return {"status": records.NOT_RUN, "reason": str(error), "lines": error.lines_of_problems}
         if isinstance(error, Raised):
-            return {"status": records.FAILED, **self._raised(error, hidden or self.student.tainted)}
+            return {
+                "status": records.FAILED,
+                **self._raised(error, hidden or not getattr(error, "public", False)),
+            }
         if isinstance(error, Lost):
             return {"status": records.FAILED, "reason": str(error)}
         if isinstance(error, OSError | MemoryError):

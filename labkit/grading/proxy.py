@@ -34,6 +34,7 @@ class Student:
         self.kinds, self.problems = {}, []
         self.loaded, self.why_lost = False, ""
         self.tainted = False  # whether this process has seen what its student must not
+        self.public = None  # what it said before, on inputs that its student knows
 
     def load(self):
         """Run the student's cells in a fresh worker. Raises Lost."""
