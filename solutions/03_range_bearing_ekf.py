@@ -508,9 +508,9 @@ print("passed")
 
 # %% id="grade-other-noise" tags=["hidden"] points=2 title="KF: other noise, other time step"
 rng = exam.rng()
-A = rng.normal(size=(2, 2))
+a = rng.uniform(0.5, 0.8) * rng.choice([-1, 1])  # never without correlation
 other = np.diag([0.1, np.deg2rad(rng.uniform(1, 3))]) ** 2
-noisy = drive(rng, Q=0.03 * (np.eye(2) + A @ A.T), R=other, steps=80)
+noisy = drive(rng, Q=0.1 * np.array([[1, a], [a, 1]]), R=other, steps=80)
 noisy = dataclasses.replace(noisy, times=rng.uniform(0.3, 0.7) * noisy.times)
 known = {"x0": noisy.truth[0], "P0": 0.3 * np.eye(2)}
 exam.same_run(KF, noisy, "with other noise and another time step", **known)

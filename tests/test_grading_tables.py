@@ -420,8 +420,8 @@ def test_moodle_in_many_languages(tmp_path, language):
     before, after = table(source), table(out)
     assert [row[4] for row in after[1:]] == ["10", "8.5", ""]
     assert [row[9] for row in after[1:]] == [
-        "Checks: 10 of 10 points. q1: Good.",
-        "Checks: 8.5 of 10 points. kf: The sign of K is wrong. q1: Good.",
+        "Points: 10 of 10. q1: Good.",
+        "Points: 8.5 of 10. kf: The sign of K is wrong. q1: Good.",
         "",
     ]
     assert [row[:4] + row[5:9] for row in before] == [row[:4] + row[5:9] for row in after]
@@ -447,7 +447,7 @@ def test_moodle_keeps_each_other_byte(tmp_path, encoding, end, delimiter):
     fill_moodle(source, out, [result("x", "102", first=0.5, written=3.0)])
     before, after = source.read_bytes().decode(encoding), out.read_bytes().decode(encoding)
     grade = '"6,5"' if delimiter == "," else "6,5"
-    new = "Checks: 6.5 of 10 points. kf: The sign of K is wrong. q1: Good."
+    new = "Points: 6.5 of 10. kf: The sign of K is wrong. q1: Good."
     expected, empty = before.split(end), f'{delimiter}{delimiter}"10,00"'
     assert expected[2].count(empty) == 1 and expected[2].endswith(delimiter)
     expected[2] = expected[2].replace(empty, f'{delimiter}{grade}{delimiter}"10,00"') + f'"{new}"'
@@ -489,7 +489,7 @@ def test_moodle_leaves_open_and_locked_and_broken_alone(tmp_path):
     ]
     fill_moodle(source, out, results, partial=True)
     assert [row[4] for row in table(out)[1:]] == ["5", "1.00", ""]
-    assert table(out)[1][9] == "Checks: 5 of 10 points. q1: not marked yet."
+    assert table(out)[1][9] == "Points: 5 of 10. q1: not marked yet."
 
 
 def test_moodle_by_name_where_it_is_unique(tmp_path):
@@ -519,8 +519,8 @@ def test_moodle_comments_are_one_harmless_line(tmp_path):
     marks = [Mark(check, 0.0, 1.0, FAILED, text) for check, text in texts.items()]
     fill_moodle(source, out, [Result("Ada", "1", LAB, marks=marks)])
     text = table(out)[1][9]
-    assert text.startswith('Checks: 0 of 2 points. a: It gave &lt;b&gt;=1+1&lt;/b&gt;, not "2". b: x x')
-    assert "\n" not in text and len(text) < 600 and text.endswith(" …")
+    assert text.startswith('Points: 0 of 2. a: It gave &lt;b&gt;=1+1&lt;/b&gt;, not "2". b: x x')
+    assert "\n" not in text and len(text) < 600 and text.endswith("feedback page.")
 
 
 def test_moodle_columns_by_option(tmp_path):
@@ -532,7 +532,7 @@ def test_moodle_columns_by_option(tmp_path):
     with pytest.raises(Problem, match="--grade-column 'Fo' is not one of its columns, Identifier, Foo, Bar"):
         fill_moodle(path, out, whole(), "Fo")
     report = fill_moodle(path, out, whole(), "foo", "BAR")
-    assert out.read_text().startswith('Identifier,Foo,Bar\nParticipant 101,10,"Checks: 10 of 10')
+    assert out.read_text().startswith('Identifier,Foo,Bar\nParticipant 101,10,"Points: 10 of 10')
     assert "Something else was there before: 1 (Łukasz Żak (a comment))." in report
 
 

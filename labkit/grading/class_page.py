@@ -97,7 +97,7 @@ def _bars(counts, bins, step, width=720, height=170):
     for i, edge in enumerate(edges):
         parts.append(f'<text class="soft" x="{left + i * each:.1f}" y="152">{edge}</text>')
     told = "; ".join(f"{edges[i]} to {edges[i + 1]}: {counts[i]}" for i in range(bins) if counts[i])
-    key = "points (a bar holds its left end, the last one both)"
+    key = "points"
     return (
         f'<div class="scroll" {region("chart")}><svg viewBox="0 0 {width} {height}" role="img" '
         f'aria-label="Students by points. {told}.">'
@@ -188,7 +188,7 @@ def _students(named, checks, pages, folder):
     rows = [_student(label, result, checks, pages, folder) for label, result in named]
     heads = "<th>Student</th><th class='n'>Points</th><th>Checks</th><th>Remarks</th>"
     key = " &nbsp; ".join("{1} {2}".format(*LOOKS[status]) for status in SIGNS)
-    table = f'<p class="soft small">{key}, in the order of the lab.</p>{_table(heads, rows)}'
+    table = f'<p class="soft small">{key}, ✎ marked by hand; in the order of the lab.</p>{_table(heads, rows)}'
     return f"<h2>Students</h2>{_folded(len(rows), table)}"
 
 

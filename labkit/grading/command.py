@@ -28,7 +28,7 @@ def main(args):
         print(f"labkit grade: {problem}", file=sys.stderr)
         return CANNOT
     except KeyboardInterrupt:
-        print("\nStopped. All marks so far are kept: the same command goes on from here.", file=sys.stderr)
+        print("\nStopped. The marks so far are kept: the same command goes on from here.", file=sys.stderr)
         return 130
 
 
@@ -124,7 +124,10 @@ def register(book, paper, submissions, args):
     unfinished = book.unfinished(paper.lab)
     regrade = [] if unfinished else args.regrade
     if unfinished:
-        notes.append("Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else "."))
+        notes.append(
+            "Going on where the last run was stopped"
+            + ("; --regrade is not begun anew." if args.regrade else ".")
+        )
     book.retry(paper.lab)
     for (student, identifier), group in groupby(entries, key=lambda e: (e.student, e.identifier)):
         attempts, chosen = list(group), None
@@ -156,6 +159,8 @@ def register(book, paper, submissions, args):
                 break
         if chosen is None:
             refuse(book, paper, attempts[-1], why or "It could not be read.")
+    if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
+        raise Problem(f"No submission holds {paper.lab}, but other labs: is --lab right?")
     for unfit in unfits:
         refuse(book, paper, unfit, unfit.reason)
     if older:

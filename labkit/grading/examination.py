@@ -101,7 +101,8 @@ class Examination:
             return {
                 "reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."
             }
-        kind = error.kind if isinstance(getattr(builtins, error.kind, None), type) else "problem of its own"
+        known = error.kind == "LinAlgError" or isinstance(getattr(builtins, error.kind, None), type)
+        kind = error.kind if known else "problem of its own"  # a name that they chose could tell something
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
         if error.place is None:
             return {"reason": reason}

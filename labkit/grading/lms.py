@@ -280,13 +280,21 @@ def _match(rows, results):
 
 def comment(result):
     """What the table tells the student on one line: the points, then why each check that lacks some does."""
-    text = f"Checks: {plain(result.points, 2)} of {plain(result.max_points, 2)} points."
+    text = f"Points: {plain(result.points, 2)} of {plain(result.max_points, 2)}."
+    why = {}  # the same reason is told once
     for mark in result.marks:
         if mark.points is None:
-            text += f" {mark.check}: not marked yet."
+            why.setdefault("not marked yet.", []).append(mark.check)
         elif mark.reason and (mark.points < mark.max_points or mark.status == BY_HAND):
-            text += f" {mark.check}: {clean(mark.reason)}"
-    return text if len(text) <= LONGEST else text[: LONGEST - 2].rsplit(" ", 1)[0] + " …"
+            why.setdefault(clean(mark.reason), []).append(mark.check)
+    end = " … See your feedback page."
+    for reason, checks in why.items():
+        more = f" {checks[0]}{f' and {len(checks) - 1} more' if len(checks) > 1 else ''}: {reason}"
+        room = LONGEST - len(end) - len(text)
+        if len(more) > room:
+            return text + (more[:room].rsplit(" ", 1)[0] if room > 60 else "") + end
+        text += more
+    return text
 
 
 def _put_grade(sheet, row, column, result, most, comma):

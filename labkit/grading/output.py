@@ -1,6 +1,9 @@
 """Everything that a grading run leaves for people: tables, pages, and the LMS's own file filled in."""
 
 import os
+import re
+import zipfile
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -24,6 +27,13 @@ def write_all(book, paper, out, args):
     write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, title, pages))
     write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, title))
     told = []
+    titles = {check.id: check.title for check in paper.checks}
+    mine = [
+        replace(
+            result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks]
+        )
+        for result in mine
+    ]  # what students read has titles
     if args.moodle:
         told += lms.fill_moodle(
             args.moodle, out / "moodle.csv", mine, args.grade_column, args.feedback_column, args.partial
@@ -43,7 +53,23 @@ def feedback(book, paper, out, results):
         name = file_name(label, taken)
         write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
         result.figure, pages[label] = {}, name
+    send_back(out / f"feedback-{paper.lab}.zip", folder, results, pages)
     return pages
+
+
+def send_back(path, folder, results, pages):
+    """Pack the pages as Moodle takes them ("Upload multiple feedback files in a zip"): in the folders that it gave out."""
+    found = {}
+    for label, result in zip(tables.labels(results), results):
+        of = re.search(r"(?:^|[/ ])([^/:]+_\d+_assignsubmission_file_?)/", result.source)
+        if of:
+            found[f"{of[1]}/{pages[label]}"] = folder / pages[label]
+    path.unlink(missing_ok=True)
+    if found:
+        with zipfile.ZipFile(f"{path}.part", "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, page in found.items():
+                archive.write(page, name)
+        os.replace(f"{path}.part", path)
 
 
 def write(path, text):

@@ -45,7 +45,7 @@ code { background: var(--card); border-radius: 3px; padding: 0 .2em; }
 .tag { display: inline-block; font-size: .8rem; font-weight: 400; border: 1px solid var(--soft);
   border-radius: 3px; padding: 0 .35em; color: var(--soft); white-space: nowrap; }
 .box { background: var(--card); border-radius: 4px; padding: .5rem .7rem; margin: .5rem 0;
-  max-height: 24rem; overflow: auto; }
+  overflow: auto; }
 .text { white-space: pre-wrap; } .lines { font-size: .9375rem; }
 .line { display: block; white-space: pre-wrap; padding-left: 12ch; text-indent: -12ch;
   min-height: 1.5em; }
@@ -63,7 +63,7 @@ tbody th { color: inherit; font-size: inherit; font-weight: 400; }
 .grow { min-width: 11rem; } .track { min-width: 5rem; width: 25%; }
 .bar { display: block; height: .7rem; background: var(--bar); border-radius: 2px;
   print-color-adjust: exact; }
-svg { display: block; min-width: 30rem; width: 100%; height: auto; font-size: 13px; } svg rect {
+svg { display: block; width: 100%; height: auto; font-size: 13px; } svg rect {
   fill: var(--bar); print-color-adjust: exact; }
 svg text { fill: var(--fore); text-anchor: middle; } svg .soft { fill: var(--soft); } svg line {
   stroke: var(--line); }

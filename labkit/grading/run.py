@@ -127,25 +127,33 @@ class Local:
         self._scratch = Path(self._folder.name, "batches")
         self._scratch.mkdir(mode=0o700)
         self._workers, self._runners = workers, [Runner(self._scratch)]
+        self._threads, self._stopped = [], False
 
     def __enter__(self):
         return self
 
     def __exit__(self, *error):
+        self._stopped = True  # the threads begin nothing new
         for runner in self._runners:
             runner.end()
+        for thread in self._threads:
+            thread.join(5)
         self._folder.cleanup()
 
     def grade(self, room, jobs):
         """Grade all jobs; yields as Runner.grade does."""
-        waiting, news = queue.SimpleQueue(), queue.Queue(maxsize=1000)
+        waiting, news = queue.SimpleQueue(), queue.SimpleQueue()
         todo = batches(jobs, self._workers)
         for one in todo:
             waiting.put((one, 1))
         busy = min(self._workers, len(todo))
         self._runners += [Runner(self._scratch) for _ in range(busy - len(self._runners))]
-        for number in range(busy):
-            threading.Thread(target=self._work, args=(number, room, waiting, news), daemon=True).start()
+        self._threads = [
+            threading.Thread(target=self._work, args=(number, room, waiting, news), daemon=True)
+            for number in range(busy)
+        ]
+        for thread in self._threads:
+            thread.start()
         while busy:
             item = news.get()
             if item is None:
@@ -155,7 +163,7 @@ class Local:
 
     def _work(self, number, room, waiting, news):
         try:
-            while True:
+            while not self._stopped:
                 try:
                     jobs, tries = waiting.get_nowait()
                 except queue.Empty:
@@ -164,6 +172,8 @@ class Local:
                     for item in self._runners[number].grade(room, jobs, self.runtime):
                         news.put(item)
                 except (OSError, ValueError) as error:
+                    if self._stopped:
+                        return
                     self._runners[number].end()
                     self._runners[number] = Runner(self._scratch)
                     if tries < TRIES:
