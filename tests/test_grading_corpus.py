@@ -15,6 +15,8 @@ from classroom import LAB, answers, as_file, filled
 from hostile import CODE
 from reference import ROOT
 
+from labkit.checks import stored
+
 pytest.importorskip("nbval")
 pytestmark = pytest.mark.slow
 
@@ -110,8 +112,10 @@ def test_nothing_hidden_reaches_a_student(graded):
     for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
         assert not TOLD.search(row["reason"])
     assert not TOLD.search(pages["tells-hidden-inputs-in-the-words-of-a-check"])
+    # On the notebook's own inputs, which all know, `stack` is called so often (everything runs twice).
+    public = 2 * sum(len(s["calls"]) for s in stored("cartesian-stack")["scenarios"])
     for page in pages.values():
-        assert not re.search(r"SEEN [1-9]", page)
+        assert all(int(times) <= public for times in re.findall(r"SEEN (\d+)", page))
         hidden = page.split("hidden check")[1:]
         assert not any(TOLD.search(part[:600]) for part in hidden)
         assert "exam." not in page and "drive(" not in page and "BEGIN SOLUTION" not in page
