@@ -79,7 +79,7 @@ CODE = [
     ("imports the grader's reference", "", predict("from labkit.grading.examine import Exam"), PARTS, "stopped"),
     ("writes beside the grader", "", predict("open(CANARY + '/written', 'w').write('x')"), PARTS, "stopped"),
     ("changes the kit", "import labkit", predict("open(labkit.__file__, 'a').write('x')"), PARTS, "stopped"),
-    ("deletes the home folder", "import os, shutil", predict("shutil.rmtree(os.path.expanduser('~root')); os.listdir('/root/.ssh')"), PARTS, "stopped"),
+    ("removes the grader's folder", "import os", predict("os.rmdir(CANARY)"), PARTS, "stopped"),
     ("connects to the network", "import socket", predict("socket.create_connection(('192.0.2.1', 80), 2)"), PARTS, "stopped"),
     ("listens on a port", "import socket", predict("socket.create_server(('127.0.0.1', 0))"), PARTS, "stopped"),
     ("starts a program", "import subprocess", predict("subprocess.run(['true'])"), PARTS, "stopped"),
