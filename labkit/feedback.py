@@ -100,8 +100,8 @@ _KNOWN = [
      "There was nothing to stack: when the robot sees no landmark, `y` is an empty list and "
      "`update` has nothing to do."),
     (ValueError, r"matmul|dot|core dimension|not aligned|operands could not be broadcast",
-     "Two sizes do not fit. With p landmarks in view: innovation (2p,), H (2p, 2), R (2p, 2p), "
-     "S (2p, 2p), K (2, 2p). Print the `.shape` of both sides."),
+     "Two sizes do not fit. With p landmarks in view and n numbers in the estimate: innovation (2p,), H (2p, n), "
+     "R (2p, 2p), S (2p, 2p), K (n, 2p). Print the `.shape` of both sides."),
     (ValueError, "[Ss]ingular",
      "A matrix without an inverse: is R added to H P H', and is R the covariance of *all* landmarks in view?"),
     (ValueError, "is not in list",

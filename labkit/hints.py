@@ -82,18 +82,23 @@ def _values(names, arrays):
 def call_text(scenario, call):
     """The call as a student would type it, with its numbers: 'predict([0.4, -0.6]) with dt=0.25'."""
     if "make" in scenario:
-        options = ", ".join(f"{k}={v}" for k, v in scenario["make"][1].items())
+        args, given = scenario["make"]
+        options = ", ".join(f"{k}={v}" for k, v in given.items())
         if call == 0:
-            return f"__init__(x0, P0, Q, R, m, {options})"
+            names = ["x0", "P0", "m", "noise"] if len(args) == 4 else ["x0", "P0", "Q", "R", "m"]
+            return f"__init__({', '.join([*names, options] if options else names)})"
         name, *args = scenario["calls"][call - 1]
-        return f"{name}({', '.join(map(input_text, args))}) with {options}"
+        return f"{name}({', '.join(map(input_text, args))})" + (f" with {options}" if options else "")
     name, *args = scenario["calls"][call]
     return f"{name}({', '.join(map(input_text, args))})"
 
 
 def noise_text(scenario, call):
     """The noise that a call of `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
-    (_, _, Q, R, _), options = scenario["make"]
+    args, options = scenario["make"]
+    if len(args) == 4:  # a filter that is told a Noise
+        return fold(f"noise = {input_text(args[3])}", "  ")
+    _, _, Q, R, _ = args
     noise = {"predict": [("Q", np.array(Q) * options["dt"])], "update": [("R", np.array(R) / options["dt"])]}
     return [line for name, value in noise[call.split("(")[0]] for line in _values([name], [value])]
 
@@ -109,8 +114,13 @@ def input_text(stored):
         return "m"
     if kind == "ints":
         return str(content)
+    if kind == "noise":
+        return f"Noise({', '.join(f'{name}={value:.4g}' for name, value in content.items())})"
     if kind == "landmark":
         return f"Landmark({number_text(np.array(content[1:]))}, id={content[0]!r})"
+    if kind == "sights":
+        shown = [f"Sighting({number_text(np.array(p))}, id={name!r}, complete={complete})" for name, *p, complete in content[:2]]
+        return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
     shown = [input_text({"landmark": lm}) for lm in content[:2]]
     return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
 

@@ -18,8 +18,9 @@ class Log:
     """What one robot did and saw in N steps; a simulated and a real run are the same type.
 
     times     (N+1,) [s]; step k leads from times[k] to times[k+1].
-    controls  (N, m) commanded motion of each step: velocity (vx, vy) [m/s] in the world frame, or
-              (forward velocity [m/s], turn rate [rad/s]) of a robot with a heading.
+    controls  (N, m) motion of each step: commanded velocity (vx, vy) [m/s] in the world frame; or
+              (forward velocity [m/s], turn rate [rad/s]) of a robot with wheels; or the odometry of a robot
+              with legs, how far it came ahead [m], to the left [m] and round [rad] in this step.
     seen_step (M,) which step each measurement belongs to, ascending; it is taken at the step's end.
     seen_id   (M,) which landmark it is.
     seen      (M, 2) the measurement, as Robot.measure gives it.
@@ -138,13 +139,22 @@ def look(path, map, sensor, R, range, rng):
     return {"seen_step": step, "seen_id": ids[which] if len(ids) else which, "seen": values}
 
 
-def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV):
-    """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given."""
+def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV, noise=None):
+    """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given.
+
+    noise: for a robot with odometry, whose filters are made as KF(x0, P0, map, noise): see labkit.legged.Noise.
+    """
+    if noise is not None:
+        return _made(lambda: KF(np.array(x0), np.array(P0), log.map, noise))
     Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
     if Q is None or R is None:
         raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
+    return _made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt))
+
+
+def _made(make):
     try:
-        return KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt)
+        return make()
     except Exception as error:
         raise FilterError(f"Your filter could not be made. {explain(error)}") from error
 
@@ -157,7 +167,7 @@ def replay(kf, log):
     what it leaves in `xk_k` and `Pk_k` is no estimate.
     """
     measurements, controls = log.measurements(), log.controls.copy()
-    k = -1
+    k, n = -1, 2
     try:
         n = len(np.asarray(kf.xk_k))
         steps = len(log)
@@ -172,7 +182,7 @@ def replay(kf, log):
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
-        problem = _shape_problem(kf) or explain(error)
+        problem = _shape_problem(kf, n) or explain(error)
         raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
     bad = ~(np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2)))
     if bad.any():
@@ -184,13 +194,13 @@ def replay(kf, log):
     return History(log.times, x, P, x_prior, P_prior, None if R is None else np.array(R, dtype=float))
 
 
-def _shape_problem(kf):
+def _shape_problem(kf, n):
     for name, ndim in (("xk_k", 1), ("Pk_k", 2)):
         try:
             shape = np.shape(getattr(kf, name))
         except Exception:
             return f"{name} is missing or not an array of numbers."
         if len(shape) != ndim:
-            want = "(2,)" if ndim == 1 else "(2, 2)"
+            want = f"({n},)" if ndim == 1 else f"({n}, {n})"
             return f"{name} should have shape {want}, but it has shape {shape}."
     return ""

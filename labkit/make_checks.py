@@ -88,7 +88,7 @@ def _mistake(check, source, mistake, scenarios, problems):
 def _size(trace):
     """The largest number in a trace: a filter that ran away ends elsewhere on another computer."""
     numbers = [np.abs(v) for step in trace.steps for v in step if not isinstance(v, str)]
-    return max((np.nan_to_num(v).max() for v in numbers), default=0.0)
+    return max((np.nan_to_num(v).max(initial=0.0) for v in numbers), default=0.0)
 
 
 def _misnamed(mistakes):

@@ -109,6 +109,6 @@ def summary(history, log):
     error = rmse(history, log)
     return (
         (f"RMSE {error:.2f} m" if error < 100 else "the estimate runs away: run the check of KF")
-        + f" · inside 3σ in {share:.0f} % of steps · mean NEES {np.nanmean(nees(history, log)):.3g} (2 is consistent) · "
+        + f" · inside 3σ in {share:.0f} % of steps · mean NEES {np.nanmean(nees(history, log)):.3g} ({history.x.shape[1]} is consistent) · "
         + ("never stays inside" if steps is None else f"stays inside from step {steps}")
     )

@@ -105,6 +105,18 @@ def with_compass(log, sigma=np.deg2rad(2), rng=None):
     )
 
 
+def with_odometry(log):
+    """The same run for a filter that is told how far the robot came in each step, not its velocity.
+
+    The Log has controls (N, 3) as of a robot with legs: ahead [m], to the left [m], turned [rad]; a step is an arc
+    of a circle, which here is a straight line in the direction halfway through the turn.
+    """
+    if log.frame != "robot" or log.controls.shape[1] != 2:
+        raise ValueError(f"odometry comes from forward velocity and turn rate; '{log.name}' has others")
+    v, turn = (log.controls * np.diff(log.times)[:, None]).T
+    return replace(log, controls=np.column_stack([v * np.cos(turn / 2), v * np.sin(turn / 2), turn]))
+
+
 def _tables(folder, robot):
     names = [f"Robot{robot}_{kind}.dat" for kind in ("Groundtruth", "Odometry", "Measurement")]
     names += ["Barcodes.dat", "Landmark_Groundtruth.dat"]

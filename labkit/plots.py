@@ -85,9 +85,9 @@ class ErrorPanel:
 class ConsistencyPanel:
     """NEES, or NIS per measured number, over time with its 95 % chi-square bounds (log scale)."""
 
-    def __init__(self, ax, duration, kind="nees"):
-        self.kind = kind
-        ylabel = {"nees": "NEES (2 is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
+    def __init__(self, ax, duration, kind="nees", dof=2):
+        self.kind, self.dof = kind, dof
+        ylabel = {"nees": f"NEES ({dof} is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
         ax.set(xlim=(0, duration), ylim=(1e-3, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
         ax.set_title(f"{kind.upper()} and its 95 % bounds", fontsize=11)
         (self.value,) = ax.plot([], [], "-", color=BLUE, lw=1.0, marker=".", ms=2.5, label=kind.upper())
@@ -99,7 +99,7 @@ class ConsistencyPanel:
     def show(self, log, history):
         t = log.times - log.times[0]
         if self.kind == "nees":
-            value, dof, scale = metrics.nees(history, log), np.full(len(t), 2), 1.0
+            value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), 1.0
         else:
             value, dof = metrics.nis(history, log)
             seen = dof > 0  # a step without a landmark has no NIS
@@ -173,7 +173,7 @@ def plot_run(axes, log, history, kind="nees"):
     settled = history.P[len(log) // 20 :, :2, :2]  # without the wide start
     widest = 3 * np.sqrt(np.diagonal(settled, axis1=1, axis2=2).max())
     ErrorPanel(axes[1], duration, limit=np.clip(1.1 * widest, 2.0, 6.0)).show(log, history)
-    ConsistencyPanel(axes[2], duration, kind).show(log, history)
+    ConsistencyPanel(axes[2], duration, kind, history.x.shape[1]).show(log, history)
 
 
 def show_run(log, history, kind="nees", title=""):

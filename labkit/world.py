@@ -17,6 +17,7 @@ class Landmark:
     """
 
     __slots__ = ("p", "id")
+    complete = True  # a camera may see only part of a landmark: see labkit.legged.Sighting
     __array_ufunc__ = None  # `array - landmark` must reach __rsub__, not numpy's loop over objects
 
     def __init__(self, p, id):

@@ -28,6 +28,10 @@ def _other(stored, rng):
         ((kind, content),) = stored.items()
         if kind == "ints":
             return {kind: rng.permutation(content).tolist()}
+        if kind == "noise":
+            return {kind: {name: _other(value, rng) for name, value in content.items()}}
+        if kind == "sights":
+            return {kind: [[*_landmark(sight[:-1], rng), sight[-1]] for sight in content]}
         if kind == "landmark":
             return {kind: _landmark(content, rng)}
         return {kind: [_landmark(landmark, rng) for landmark in content]}

@@ -3,7 +3,7 @@
 Only maintainers need this: `labkit build` turns it into the numbers in labkit/checkdata.
 """
 
-from . import cartesian, cartesian_parts, mismatch, range_bearing, range_bearing_parts
+from . import cartesian, cartesian_parts, legged, legged_parts, mismatch, range_bearing, range_bearing_parts
 
 CHECKS = [
     *cartesian_parts.CHECKS,
@@ -11,4 +11,6 @@ CHECKS = [
     *mismatch.CHECKS,
     *range_bearing_parts.CHECKS,
     *range_bearing.CHECKS,
+    *legged_parts.CHECKS,
+    *legged.CHECKS,
 ]

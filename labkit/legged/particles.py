@@ -1,0 +1,107 @@
+"""Monte Carlo localization: many guesses, kept or dropped by how well they explain what is seen."""
+
+import numpy as np
+
+from ..geometry import wrap
+from .field import FIELD
+from .noise import as_noise
+from .restart import moved, ring
+
+OUTLIER = 0.05  # how far a sighting may be from all sense: likelihood that is always left
+SLOW, FAST = 0.05, 0.5  # rates of the two averages of the likelihood that the filter compares
+DOUBT = 1.5  # particles are drawn anew when DOUBT times the fast average is below the slow one
+USUAL = 0.5  # what the slow average starts from, so that the first sightings already place particles
+
+
+class ParticleFilter:
+    """A localizer with `predict(u)`, `update(y)`, `xk_k` (3,), `Pk_k` (3, 3), and its particles (n, 3).
+
+    n: how many.  noise, field: as for a FuzzyGrid.  rng: a numpy Generator, or a seed for one.
+
+    When the likelihood of what is seen drops below its long-term average, part of the particles are drawn anew,
+    from poses that explain a present sighting.  Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics"
+    (2005), table 8.3 (augmented MCL); S. Lenser, M. Veloso, "Sensor resetting localization for poorly modelled
+    mobile robots" (2000).
+    """
+
+    def __init__(self, n=500, noise="real", field=FIELD, rng=None):
+        if n != int(n) or n < 10:
+            raise ValueError(f"n must be a number of particles, 10 or more, but it is {n!r}")
+        self.noise, self.field, self.rng = as_noise(noise), field, np.random.default_rng(rng)
+        self.map = {lm.id: lm.p for lm in field.map}
+        self.n = int(n)
+        self.reset()
+
+    def reset(self):
+        half = np.array([*self.field.half, np.pi])
+        self.particles = self.rng.uniform(-half, half, (self.n, 3))
+        self.w = np.full(self.n, 1 / self.n)
+        self.slow, self.fast = USUAL, 0.0
+        self._locate()
+
+    @property
+    def quality(self):
+        """From 0 to 1: how well the particles explain what was seen lately, compared with their long-term average."""
+        return min(1.0, self.fast / self.slow)
+
+    @property
+    def size(self):
+        """How far the particles are spread [m]: four standard deviations."""
+        return 4 * float(np.sqrt(np.trace(self.Pk_k[:2, :2])))
+
+    def predict(self, u):
+        noise = self.noise
+        sigma = noise.odometry * abs(np.asarray(u)) + [noise.slip, noise.slip, noise.spin]
+        sigma = np.maximum(sigma, [0.004, 0.004, 0.01])
+        self.particles = moved(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
+        self.xk_k = moved(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
+
+    def update(self, y):
+        y = [sighting for sighting in y if sighting.id in self.map]
+        if not y:
+            return
+        w = self.w
+        for sighting in y:
+            w = w * self._likelihood(sighting)
+        mean = float(w.sum()) ** (1 / len(y))
+        self.slow += SLOW * (mean - self.slow)
+        self.fast += FAST * (mean - self.fast)
+        self.w = w / w.sum()
+        self._locate()
+        if 1 / (self.w @ self.w) < self.n / 2 or DOUBT * self.fast < self.slow:
+            self._resample(y)
+
+    def _likelihood(self, sighting):
+        r, bearing = sighting.p
+        dx, dy = (self.map[sighting.id] - self.particles[:, :2]).T
+        distance = np.hypot(dx, dy)
+        sigma_r = self.noise.of_range(sighting) * distance + self.noise.range_floor + 0.05
+        sigma = (self.noise.bearing if sighting.complete else self.noise.bearing_partial) + 0.02
+        off = wrap(np.arctan2(dy, dx) - self.particles[:, 2] - bearing)
+        d2 = ((distance - r) / sigma_r) ** 2 + (off / sigma) ** 2
+        return np.exp(-d2 / 2) + OUTLIER / 10
+
+    def _resample(self, y):
+        start = self.rng.random() / self.n
+        which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.n) / self.n)
+        self.particles = self.particles[np.minimum(which, self.n - 1)]
+        self.w = np.full(self.n, 1 / self.n)
+        anew = int(self.n * max(0.0, 1 - DOUBT * self.fast / self.slow))
+        if anew:
+            self._draw(self.rng.choice(self.n, anew, replace=False), y)
+
+    def _draw(self, which, y):
+        for part, sighting in zip(np.array_split(which, len(y)), y):
+            n = len(part)
+            r = sighting.p[0] * (1 + self.noise.of_range(sighting) * self.rng.standard_normal(n))
+            sigma = self.noise.bearing if sighting.complete else self.noise.bearing_partial
+            bearing = sighting.p[1] + sigma * self.rng.standard_normal(n)
+            self.particles[part] = ring(self.map[sighting.id], r, bearing, self.rng.uniform(-np.pi, np.pi, n))
+
+    def _locate(self):
+        x, y, theta = self.particles.T
+        w = self.w
+        heading = np.arctan2(w @ np.sin(theta), w @ np.cos(theta))
+        mean = np.array([w @ x, w @ y, heading])
+        off = np.stack([x - mean[0], y - mean[1], wrap(theta - heading)])
+        self.xk_k, self.Pk_k = mean, (w * off) @ off.T + 1e-9 * np.eye(3)

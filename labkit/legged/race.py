@@ -1,0 +1,96 @@
+"""Run any localizers over the same logs, and compare how well, how soon and how cheaply they find the robot."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import wrap
+from ..log import replay
+
+SETTLED = 60  # steps after which a localizer that started from nothing should know where it is
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of one localizer in a race of `runs` logs of N steps.
+
+    distance, turned (runs, N+1): error of the position [m] and, without sign, of the heading [rad].
+    seconds: computing time per step;  kidnapped: the step at which the robot was carried away, or None.
+    """
+
+    name: str
+    distance: np.ndarray
+    turned: np.ndarray
+    seconds: float
+    kidnapped: int | None
+
+    @property
+    def tracking(self):
+        """(runs, steps) [m] the distances between the settled start and the kidnapping."""
+        return self.distance[:, SETTLED + 1 : None if self.kidnapped is None else self.kidnapped + 1]
+
+    def found(self):
+        """(runs,) steps from the start until the robot is found; NaN where it never is."""
+        return np.array([steps_until_found(d[1:]) for d in self.distance])
+
+    def recovered(self):
+        """(runs,) the same from the kidnapping on."""
+        return np.array([steps_until_found(d[self.kidnapped + 1 :]) for d in self.distance])
+
+
+def steps_until_found(distance, within=0.3, hold=10):
+    """Steps until the error (N,) [m] stays below `within` for `hold` steps; NaN if it never does."""
+    good = np.convolve(distance < within, np.ones(hold, dtype=int), mode="valid") == hold
+    return float(good.argmax() + 1) if good.any() else np.nan
+
+
+def race(contestants, logs, progress=iter):
+    """A Result for each contestant {name: make}; make(log) gives a fresh localizer for a log.
+
+    logs: of the same length, with the robot carried away at the same step, or in none.
+    progress: wraps the logs, as `labkit.progress` does.
+    """
+    logs = list(logs)
+    lengths, kidnapped = {len(log) for log in logs}, {log.kidnapped for log in logs}
+    if len(lengths) != 1 or len(kidnapped) != 1:
+        raise ValueError("a race needs logs of one length, with a kidnapping at the same step or without one")
+    steps = next(iter(kidnapped))
+    errors, seconds = {name: [] for name in contestants}, dict.fromkeys(contestants, 0.0)
+    for log in progress(logs):
+        for name, make in contestants.items():
+            start = time.perf_counter()
+            history = replay(make(log), log)
+            seconds[name] += time.perf_counter() - start
+            errors[name].append(history.x - log.truth)
+    total = len(logs) * len(logs[0])
+    return [
+        Result(name, np.hypot(e[..., 0], e[..., 1]), abs(wrap(e[..., 2])), seconds[name] / total, steps[0] if steps else None)
+        for name, e in ((name, np.array(e)) for name, e in errors.items())
+    ]
+
+
+def table(results):
+    """The figures of a race as lines of text: errors in cm, times in steps."""
+    cost = np.array([r.seconds for r in results])
+    lines = [
+        "                     tracking [cm]       found from nothing    after a kidnapping    time per step",
+        "                    mean    95 %   max   median  95 %   runs   median  95 %   runs   [ms]  relative",
+    ]
+    for r, relative in zip(results, cost / cost[0]):
+        d = 100 * r.tracking
+        worst = np.percentile(d, 95, axis=1).mean()
+        kidnap = _times(r.recovered()) if r.kidnapped is not None else " " * 21
+        lines.append(
+            f"{r.name:21s}{d.mean():6.1f} {worst:6.1f} {np.median(d.max(axis=1)):6.1f}  {_times(r.found())}"
+            f"  {kidnap}  {1e3 * r.seconds:5.3f} {relative:7.1f}"
+        )
+    return "\n".join(lines)
+
+
+def _times(steps):
+    known = steps[np.isfinite(steps)]
+    share = 100 * len(known) / len(steps)
+    if not len(known):
+        return f"     -     - {share:5.0f} %"
+    return f"{np.median(known):6.0f}{np.percentile(known, 95):6.0f} {share:5.0f} %"

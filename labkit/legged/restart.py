@@ -1,0 +1,120 @@
+"""Poses that explain a sighting, and a memory of the last sightings for whoever has to start anew."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import wrap
+from .field import FIELD
+from .noise import as_noise
+
+
+def ring(place, r, bearing, directions):
+    """Poses (n, 3) from which a landmark at `place` (2,) [m] is seen at range r [m] and bearing [rad].
+
+    directions (n,) [rad]: of the robot as seen from the landmark, in the world frame.
+    """
+    x = place[0] + r * np.cos(directions)
+    y = place[1] + r * np.sin(directions)
+    return np.stack([x, y, wrap(directions + np.pi - bearing)], axis=-1)
+
+
+def moved(poses, u):
+    """Poses (..., 3) after the motions u (..., 3) [m, m, rad], each in its robot's own frame."""
+    c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
+    dx, dy, turn = np.moveaxis(np.asarray(u, dtype=float), -1, 0)
+    x, y = poses[..., 0] + c * dx - s * dy, poses[..., 1] + s * dx + c * dy
+    return np.stack([x, y, wrap(poses[..., 2] + turn)], axis=-1)
+
+
+def backward(u):
+    """The motions (..., 3) that undo u (..., 3)."""
+    c, s = np.cos(u[..., 2]), np.sin(u[..., 2])
+    return np.stack([-c * u[..., 0] - s * u[..., 1], s * u[..., 0] - c * u[..., 1], -u[..., 2]], axis=-1)
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """The last n sightings, the oldest first, as seen from now.
+
+    places (n, 2) [m] of the landmarks in the map;  seen (n, 2) (range [m], bearing [rad]);
+    sigma  (n, 2) [m], [rad] standard deviations of those;
+    since  (n, 3) the motion from then to now;  before (n, 3) the motion back, from now to then.
+    """
+
+    places: np.ndarray
+    seen: np.ndarray
+    sigma: np.ndarray
+    since: np.ndarray
+    before: np.ndarray
+
+    def __len__(self):
+        return len(self.seen)
+
+
+class Memory:
+    """A finder for a Hybrid that only remembers, and is asked for a pose only when one is wanted.
+
+    restart: restart(remembered) -> (x0 (3,), P0 (3, 3)), or None as long as the sightings leave it open.
+    most:    how many sightings are kept.
+    """
+
+    def __init__(self, restart, noise="real", field=FIELD, most=10):
+        self.restart, self.noise, self.most = restart, as_noise(noise), most
+        self.map = {lm.id: lm.p for lm in field.map}
+        self._wide = np.diag([*field.half**2, np.pi**2]) / 3
+        self.reset()
+
+    def reset(self):
+        self._now, self._seen, self._answer, self._fresh = np.zeros(3), [], None, True
+
+    def predict(self, u):
+        self._now = moved(self._now, u)  # in the frame of where the memory begins
+        self._fresh = False
+        if self._answer is not None:
+            self._answer = moved(self._answer[0], u), self._answer[1]
+
+    def update(self, y):
+        for sighting in y:
+            if sighting.id in self.map:
+                self._seen.append((sighting, self._now))
+        self._seen = self._seen[-self.most :]
+        self._fresh = self._fresh and not y
+
+    def remembered(self):
+        """What is kept, as a Remembered."""
+        sightings, then = [s for s, _ in self._seen], np.array([p for _, p in self._seen]).reshape(-1, 3)
+        seen = np.array([s.p for s in sightings]).reshape(-1, 2)
+        places = np.array([self.map[s.id] for s in sightings]).reshape(-1, 2)
+        noise = self.noise
+        of_range = np.array([noise.of_range(s) for s in sightings])
+        bearing = np.array([noise.bearing if s.complete else noise.bearing_partial for s in sightings])
+        sigma = np.column_stack([of_range * seen[:, 0] + noise.range_floor, bearing]) + 1e-6
+        since = moved(backward(then), self._now)
+        return Remembered(places, seen, sigma, since, backward(since))
+
+    def _ask(self):
+        if not self._fresh:
+            found = self.restart(self.remembered()) if self._seen else None
+            self._answer = found
+            self._fresh = True
+        return self._answer
+
+    @property
+    def quality(self):
+        return 1.0 if self._ask() is not None else 0.0
+
+    @property
+    def size(self):
+        found = self._ask()
+        return np.inf if found is None else float(np.sqrt(np.trace(np.asarray(found[1])[:2, :2])))
+
+    @property
+    def xk_k(self):
+        found = self._ask()
+        return np.zeros(3) if found is None else np.asarray(found[0])
+
+    @property
+    def Pk_k(self):
+        found = self._ask()
+        return self._wide if found is None else np.asarray(found[1])

@@ -1,0 +1,60 @@
+"""Triangulation: the pose that fits the latest sightings of a few landmarks, and nothing else."""
+
+import numpy as np
+
+from ..geometry import wrap
+from .field import FIELD
+
+OLD = 20  # steps after which a sighting is forgotten
+
+
+class Triangulation:
+    """A localizer with `predict(u)`, `update(y)`, `xk_k` (3,), `Pk_k` (3, 3).
+
+    Keeps where each landmark was last seen, in the robot's frame, and carries that along by odometry. With two
+    or more landmarks their places and those of the map are laid on one another by a turn and a shift, the one
+    with the least squares of the distances (K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D
+    point sets", 1987, here in the plane).
+    """
+
+    def __init__(self, noise=None, field=FIELD):
+        self.map = {lm.id: lm.p for lm in field.map}
+        self.seen = {}  # id: [place in the robot's frame (2,), age, weight]
+        self.xk_k, self.Pk_k = np.zeros(3), np.diag([*field.half**2, np.pi**2]) / 3
+
+    def predict(self, u):
+        cos, sin = np.cos(u[2]), np.sin(u[2])
+        self.seen = {
+            name: [np.array([cos * q[0] + sin * q[1], cos * q[1] - sin * q[0]]), age + 1, weight]
+            for name, (p, age, weight) in self.seen.items()
+            for q in [p - u[:2]]
+            if age < OLD
+        }
+        x, y, theta = self.xk_k
+        c, s = np.cos(theta), np.sin(theta)
+        self.xk_k = np.array([x + c * u[0] - s * u[1], y + s * u[0] + c * u[1], wrap(theta + u[2])])
+
+    def update(self, y):
+        for sighting in y:
+            if sighting.id in self.map:
+                r, bearing = sighting.p
+                place = r * np.array([np.cos(bearing), np.sin(bearing)])
+                self.seen[sighting.id] = [place, 0, (1.0 if sighting.complete else 0.1) / max(r, 0.3) ** 2]
+        if len(self.seen) >= 2 and y:
+            self._fit()
+
+    def _fit(self):
+        p = np.array([place for place, _, _ in self.seen.values()])
+        m = np.array([self.map[name] for name in self.seen])
+        w = np.array([weight for _, _, weight in self.seen.values()])
+        w = w / w.sum()
+        a, b = p - w @ p, m - w @ m
+        theta = np.arctan2(
+            w @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), w @ (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
+        )
+        c, s = np.cos(theta), np.sin(theta)
+        turn = np.array([[c, -s], [s, c]])
+        left = b - a @ turn.T
+        self.xk_k = np.array([*(w @ m - turn @ (w @ p)), theta])
+        spread = 0.1**2 + float(w @ (left**2).sum(axis=1))
+        self.Pk_k = np.diag([spread, spread, spread / max(float(w @ (a**2).sum(axis=1)), 0.01)])
