@@ -61,6 +61,9 @@ class Log:
             raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
         if n and not (np.diff(self.times) > 0).all():
             raise ValueError("the times of a log must increase from step to step")
+        for name in ("times", "controls", "seen"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ValueError(f"{name} of a log must be finite numbers, but one of them is not")
         for value in (self.times, self.controls, self.seen_step, self.seen_id, self.seen, self.truth):
             if value is not None:
                 value.setflags(write=False)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .field import FIELD
+from .inputs import as_motion, known
 from .noise import as_noise
 from .restart import moved
 from .trapezoid import Trapezoids, fused, near
@@ -45,7 +46,7 @@ class FuzzyGrid:
 
     def predict(self, u):
         """Turn and walk by the odometry u (3,) of one step [m, m, rad], in the robot's frame."""
-        turn, far = u[2], np.hypot(u[0], u[1])
+        turn, far = as_motion(u)[2], np.hypot(u[0], u[1])
         self.theta = near(self.theta + turn)
         more = 0.15 * abs(turn) + 0.06 * far + 0.001
         self.c, self.s = np.minimum(self.c + more, np.pi), np.minimum(self.s + 2 * more, np.pi)
@@ -59,16 +60,19 @@ class FuzzyGrid:
             self._shift(self._walk)
             self._walk = np.zeros(2)
         self.xk_k = moved(self.xk_k, u)  # as the cells will, once a whole cell has come together
+        # Until the next sighting the cells do not tell how far odometry has led astray; this does.
+        noise, spread = self.noise, self.Pk_k[2, 2]
+        astray = (noise.odometry * far + noise.slip) ** 2 + far**2 * min(spread, 1.0)
+        self.Pk_k = self.Pk_k + np.diag([astray, astray, (noise.odometry * abs(turn) + noise.spin) ** 2])
 
     def update(self, y):
         """Fuse the sightings of one image, a list, maybe empty."""
         best = 1.0
-        for sighting in y:
-            if sighting.id in self.map:
-                self.theta, self.c, self.s, self.h = fused(self._belief(), self._observed(sighting))
-                top = self.h.max()
-                self.h = np.maximum(self.h / top, FLOOR)
-                best *= top
+        for sighting in known(y, self.map):
+            self.theta, self.c, self.s, self.h = fused(self._belief(), self._observed(sighting))
+            top = self.h.max()
+            self.h = np.maximum(self.h / top, FLOOR)
+            best *= top
         if y:
             self._locate(best)
 

@@ -17,6 +17,9 @@ class Hybrid:
     """
 
     def __init__(self, finder, follow, lost, background=0, quality=0.6, size=1.0, frames=3, memory=8):
+        for name, value in (("background", background), ("frames", frames), ("memory", memory)):
+            if value != int(value) or value < (0 if name == "background" else 1):
+                raise ValueError(f"{name} must be a whole number, {0 if name == 'background' else 1} or more, but it is {value!r}")
         self.finder, self.follow, self.lost = finder, follow, lost
         self.background, self.quality, self.size, self.frames, self.memory = background, quality, size, frames, memory
         self.quick, self.good, self.d2 = None, 0, []

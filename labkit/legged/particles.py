@@ -4,6 +4,7 @@ import numpy as np
 
 from ..geometry import wrap
 from .field import FIELD
+from .inputs import as_motion, known
 from .noise import as_noise
 from .restart import moved, ring
 
@@ -50,15 +51,14 @@ class ParticleFilter:
         return 4 * float(np.sqrt(np.trace(self.Pk_k[:2, :2])))
 
     def predict(self, u):
-        noise = self.noise
-        sigma = noise.odometry * abs(np.asarray(u)) + [noise.slip, noise.slip, noise.spin]
+        noise, u = self.noise, np.asarray(as_motion(u))
+        sigma = noise.odometry * abs(u) + [noise.slip, noise.slip, noise.spin]
         sigma = np.maximum(sigma, [0.004, 0.004, 0.01])
         self.particles = moved(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
         self.xk_k = moved(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
 
     def update(self, y):
-        y = [sighting for sighting in y if sighting.id in self.map]
-        if not y:
+        if not known(y, self.map):
             return
         w = self.w
         for sighting in y:

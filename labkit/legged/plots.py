@@ -12,7 +12,7 @@ from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
 from .field import BEACONS, FIELD, GOALS
 
 YELLOW, SKY, PINK = "#F0C808", "#2E86DE", "#E377C2"
-METHODS = [(BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"), ("#CC79A7", (0, (5, 1))), ("#56B4E9", (0, (1, 1))), (GREY, "-")]
+METHODS = [(BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"), ("#CC79A7", (0, (5, 1))), ("#56B4E9", (0, (1, 1))), (GREY, "-"), ("k", (0, (4, 1, 1, 1)))]
 
 
 def draw_field(ax, field=FIELD, title=""):
@@ -65,12 +65,12 @@ def _broken(path, kidnapped):
 class DistancePanel:
     """Error of the position and of the heading over time."""
 
-    def __init__(self, ax, duration, limit=4.0):
+    def __init__(self, ax, duration, limit=8.0, kidnapped=True):
         ax.set(xlim=(0, duration), ylim=(0.005, limit), yscale="log", xlabel="time [s]", ylabel="error")
         ax.set_title("Error of the estimate", fontsize=11)
         (self.distance,) = ax.plot([], [], "-", color=BLUE, lw=1.2, label="position [m]")
         (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
-        (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped")
+        (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
         self.artists = [self.kidnap, self.heading, self.distance]
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
 
@@ -241,7 +241,7 @@ def show_walk(log, history=None, title=""):
     else:
         figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained", width_ratios=[1.3, 1])
         WalkPanel(axes[0], log.field).show(log, history)
-        DistancePanel(axes[1], log.times[-1]).show(log, history)
+        DistancePanel(axes[1], log.times[-1], kidnapped=bool(log.kidnapped)).show(log, history)
         figure.suptitle(title)
     plt.show()
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..geometry import wrap
 from ..log import replay
 
-SETTLED = 60  # steps after which a localizer that started from nothing should know where it is
+SETTLED = 100  # steps after which a localizer that started from nothing should know where it is
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,8 @@ def race(contestants, logs, progress=iter):
     progress: wraps the logs, as `labkit.progress` does.
     """
     logs = list(logs)
+    if not logs or not contestants:
+        raise ValueError(f"a race needs at least one of each, but {'logs' if not logs else 'contestants'} is empty")
     lengths, kidnapped = {len(log) for log in logs}, {log.kidnapped for log in logs}
     if len(lengths) != 1 or len(kidnapped) != 1:
         raise ValueError("a race needs logs of one length, with a kidnapping at the same step or without one")

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..geometry import wrap
 from .field import FIELD
+from .inputs import as_motion, known
 from .noise import as_noise
 
 
@@ -69,15 +70,13 @@ class Memory:
         self._now, self._seen, self._answer, self._fresh = np.zeros(3), [], None, True
 
     def predict(self, u):
-        self._now = moved(self._now, u)  # in the frame of where the memory begins
+        self._now = moved(self._now, as_motion(u))  # in the frame of where the memory begins
         self._fresh = False
         if self._answer is not None:
             self._answer = moved(self._answer[0], u), self._answer[1]
 
     def update(self, y):
-        for sighting in y:
-            if sighting.id in self.map:
-                self._seen.append((sighting, self._now))
+        self._seen += [(sighting, self._now) for sighting in known(y, self.map)]
         self._seen = self._seen[-self.most :]
         self._fresh = self._fresh and not y
 

@@ -49,6 +49,14 @@ class FieldLog(Log):
     field: object = FIELD
     kidnapped: tuple = ()
 
+    def __post_init__(self):
+        super().__post_init__()
+        if self.complete is None or len(self.complete) != len(self.seen):
+            raise ValueError("complete must say of each of the sightings whether it was wholly in view")
+        strange = set(self.seen_id.tolist()) - set(self.map.ids)
+        if strange:
+            raise ValueError(f"seen_id names a landmark that is not in the map: {min(strange)!r}")
+
     def measurements(self):
         """N lists of Sighting, fresh at each call."""
         lists = super().measurements()

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from ..geometry import wrap
 from .field import FIELD
+from .inputs import as_motion, known
+from .restart import moved
 
 OLD = 20  # steps after which a sighting is forgotten
 
@@ -23,6 +24,7 @@ class Triangulation:
         self.xk_k, self.Pk_k = np.zeros(3), np.diag([*field.half**2, np.pi**2]) / 3
 
     def predict(self, u):
+        u = np.asarray(as_motion(u))
         cos, sin = np.cos(u[2]), np.sin(u[2])
         self.seen = {
             name: [np.array([cos * q[0] + sin * q[1], cos * q[1] - sin * q[0]]), age + 1, weight]
@@ -30,16 +32,14 @@ class Triangulation:
             for q in [p - u[:2]]
             if age < OLD
         }
-        x, y, theta = self.xk_k
-        c, s = np.cos(theta), np.sin(theta)
-        self.xk_k = np.array([x + c * u[0] - s * u[1], y + s * u[0] + c * u[1], wrap(theta + u[2])])
+        self.xk_k = moved(self.xk_k, u)
+        self.Pk_k = self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2  # without a fit it knows less with every step
 
     def update(self, y):
-        for sighting in y:
-            if sighting.id in self.map:
-                r, bearing = sighting.p
-                place = r * np.array([np.cos(bearing), np.sin(bearing)])
-                self.seen[sighting.id] = [place, 0, (1.0 if sighting.complete else 0.1) / max(r, 0.3) ** 2]
+        for sighting in known(y, self.map):
+            r, bearing = sighting.p
+            place = r * np.array([np.cos(bearing), np.sin(bearing)])
+            self.seen[sighting.id] = [place, 0, (1.0 if sighting.complete else 0.1) / max(r, 0.3) ** 2]
         if len(self.seen) >= 2 and y:
             self._fit()
 
