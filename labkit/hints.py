@@ -58,7 +58,7 @@ def _off(scenario, trace, steps, i):
     hint = _hint(which, came, right, before, names, call.split("(")[0])
     shown = [names[j] for j in which]
     return f"Not yet right: {scenario['title']}. {hint}".strip(), [
-        *_column("before", _values(names, before) + noise_text(scenario, call) if before else []),
+        *_column("before", _values(names[:2], before) + noise_text(scenario, call) if before else []),
         *_column("call", fold(call)),
         *_column("expected", _values(shown, [right[j] for j in which])),
         *_column("came", _values(shown, [came[j] for j in which])),
@@ -97,7 +97,9 @@ def noise_text(scenario, call):
     """The noise that a call of `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
     args, options = scenario["make"]
     if len(args) == 4:  # a filter that is told a Noise
-        return fold(f"noise = {input_text(args[3])}", "  ")
+        told = {"predict": ("odometry", "slip", "spin")}.get(call.split("(")[0], ("range_", "bearing"))
+        used = {name: value for name, value in args[3]["noise"].items() if name.startswith(told)}
+        return [f"noise: {', '.join(f'{name} {value:g}' for name, value in used.items())}"]
     _, _, Q, R, _ = args
     noise = {"predict": [("Q", np.array(Q) * options["dt"])], "update": [("R", np.array(R) / options["dt"])]}
     return [line for name, value in noise[call.split("(")[0]] for line in _values([name], [value])]
@@ -125,13 +127,14 @@ def input_text(stored):
     return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
 
 
-def number_text(value):
+def number_text(value, digits=4):
     """Numbers rounded to four digits: '[1.234, -0.5]'."""
     if isinstance(value, str):
         return repr(value)
     if value.ndim == 0:
-        return "NaN" if np.isnan(value) else f"{value + 0.0:.4g}"
-    return "[" + ", ".join([number_text(v) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+        return "NaN" if np.isnan(value) else f"{value + 0.0:.{digits}g}"
+    digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
+    return "[" + ", ".join([number_text(v, digits) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
 
 
 def _hint(which, came, right, before, names, method):

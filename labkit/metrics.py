@@ -31,6 +31,11 @@ def rmse(history, log):
     return float(np.sqrt(np.nanmean(distances(history, log) ** 2)))
 
 
+def heading_rmse(history, log):
+    """Root mean square error of the heading [rad], the third component, over the steps whose truth is known."""
+    return float(np.sqrt(np.nanmean(errors(history, log)[:, 2] ** 2)))
+
+
 def nees(history, log):
     """(N+1,) normalized estimation error squared e' P^-1 e: chi-square with n degrees of freedom."""
     return _squared(errors(history, log), history.P)

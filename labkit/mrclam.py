@@ -117,6 +117,13 @@ def with_odometry(log):
     return replace(log, controls=np.column_stack([v * np.cos(turn / 2), v * np.sin(turn / 2), turn]))
 
 
+def range_errors(log):
+    """(M,) [m] by how much each range was too long; NaN where the truth is unknown."""
+    places = {lm.id: lm.p for lm in log.map}
+    landmarks = np.array([places[i] for i in log.seen_id.tolist()]).reshape(-1, 2)
+    return log.seen[:, 0] - np.linalg.norm(landmarks - log.truth[log.seen_step + 1, :2], axis=1)
+
+
 def _tables(folder, robot):
     names = [f"Robot{robot}_{kind}.dat" for kind in ("Groundtruth", "Odometry", "Measurement")]
     names += ["Barcodes.dat", "Landmark_Groundtruth.dat"]

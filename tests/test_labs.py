@@ -114,10 +114,11 @@ ALSO_TOLD = {
 @pytest.mark.parametrize("lab", LABS)
 def test_the_shape_of_a_lab(lab):
     notebook = student(lab)
-    assert 25 <= len(notebook.cells) <= 41
+    long = lab == "04_legged_robot"  # two sittings, and it says so
+    assert 25 <= len(notebook.cells) <= (75 if long else 41)
     assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
     answers = [cell for cell in notebook.cells if cell.metadata.labkit == "answer" and cell.cell_type == "code"]
-    assert 3 <= len(answers) <= 5
+    assert 3 <= len(answers) <= (9 if long else 5)
     assert all("NotImplementedError" in cell.source for cell in answers)
     # What is wider than this is cut off beside JupyterLab's file list on a laptop.
     long = [(cell.id, line) for cell in notebook.cells if cell.cell_type == "code" for line in cell.source.splitlines() if len(line) > 94]
@@ -158,3 +159,5 @@ def test_the_kit_holds_no_filter_and_no_jacobian():
     for path in (ROOT / "labkit").glob("*.py"):
         text = path.read_text("utf-8")
         assert not re.search(r"def (predict|update)\(self|def \w*jacobian", text), path.name
+    for path in (ROOT / "labkit/legged").glob("*.py"):  # the rivals are filters, but none is Kalman's
+        assert not re.search(r"def \w*jacobian|linalg\.(solve|inv)|\bgain\b", path.read_text("utf-8")), path.name

@@ -76,7 +76,7 @@ class Exam:
     def same_run(self, KF, record, what="on this run", **options):
         """Fail unless the filter estimates what the solution's does over a whole log; returns its History.
 
-        options: Q, R, x0, P0 as `labkit.make_filter` takes them.
+        options: Q, R, x0, P0, noise as `labkit.make_filter` takes them.
         """
         mine = self.history(KF, record, **options)
         far = [_first_gap(mine, self._run(right, record, options)) for right in self.right(KF.__name__)]
@@ -91,7 +91,7 @@ class Exam:
         """The History of a student's (or the solution's) filter class over a log."""
         if not isinstance(KF, Stand):
             return self._run(KF, record, options)
-        n, steps = 2, len(record)
+        n, steps = len(np.atleast_1d(options.get("x0", log.START))), len(record)
         shapes = {
             "x": (steps + 1, n),
             "P": (steps + 1, n, n),
@@ -104,14 +104,14 @@ class Exam:
             if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
                 self.fail("Your filter's estimate is not made of finite numbers.")
             if array.shape != shape:
-                self.fail("Your filter's estimate has another shape than (2,) and (2, 2).")
+                self.fail(f"Your filter's estimate has another shape than ({n},) and ({n}, {n}).")
         return log.History(record.times, **{field: answer[field] for field in shapes}, R=None)
 
     def figure(self, KF, record, **options):
         """Keep the student's run over a log that all may know, for the picture on the feedback page."""
         if isinstance(KF, Stand):
             run = self.history(KF, record, secret=False, **options)
-            self.keep(times=record.times, x=run.x, P=run.P, truth=record.truth[:, :2],
+            self.keep(times=record.times, x=run.x[:, :2], P=run.P[:, :2, :2], truth=record.truth[:, :2],
                       landmarks=record.map.positions)  # fmt: skip
 
     def curve(self, function, calls, times, bounds, label):

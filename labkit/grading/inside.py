@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import checks, feedback, log, metrics, notebook, subjects, world  # noqa: F401 - warm for the student
 from ..cells import Session
+from ..legged.robot import FieldLog
 from . import probe, wire
 from .confine import confine, load
 
@@ -97,9 +98,10 @@ class Worker:
     def do_get(self, made, name):
         return {"value": getattr(self.made[made], name)}
 
-    def do_replay(self, name, log_fields, Q, R, x0, P0):
-        record = log.Log(**{**log_fields, "seen_id": np.asarray(log_fields["seen_id"])})
-        history = log.replay(log.make_filter(self.names[name], record, Q, R, x0, P0), record)
+    def do_replay(self, name, log_fields, x0, P0, Q=None, R=None, noise=None, complete=None):
+        fields = {**log_fields, "seen_id": np.asarray(log_fields["seen_id"])}
+        record = log.Log(**fields) if complete is None else FieldLog(**fields, complete=complete)
+        history = log.replay(log.make_filter(self.names[name], record, Q, R, x0, P0, noise), record)
         fields = ("x", "P", "x_prior", "P_prior")
         return {field: np.asarray(getattr(history, field), dtype=float) for field in fields}
 

@@ -138,14 +138,13 @@ class Stand:
             raise Lost(SPOILT)
         return values
 
-    def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, secret=True):
+    def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, noise=None, secret=True):
         """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along."""
         fields = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame")
         sent = {name: getattr(log, name) for name in fields}
-        more = {
-            "Q": np.asarray(log.Q if Q is None else Q, float), "R": np.asarray(log.R if R is None else R, float),
-            "x0": np.asarray(x0, float), "P0": np.asarray(P0, float),
-        }  # fmt: skip
+        more = {"x0": np.asarray(x0, float), "P0": np.asarray(P0, float), "noise": noise, "complete": getattr(log, "complete", None)}
+        if noise is None:
+            more["Q"], more["R"] = (np.asarray(own if own is not None else of_log, float) for own, of_log in ((Q, log.Q), (R, log.R)))
         return self.student.ask(
             self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more
         )

@@ -28,6 +28,8 @@ FILES = (
 MODULES = """
     __init__ __main__ canvas cells checks cli compare datasets envplot feedback geometry hints log metrics
     mrclam mrclam_example mrclam_format notebook plots robot subjects widgets worker world
+    legged/__init__ legged/field legged/fuzzygrid legged/hybrid legged/inputs legged/noise legged/particles legged/plots
+    legged/race legged/restart legged/robot legged/trapezoid legged/triangulation legged/widgets
 """.split()
 MAINTAINERS = "build checkspec make_checks".split()  # of these students need none
 README = "labkit/grading/student_readme.md"
@@ -88,7 +90,9 @@ def _refuse_taken(out, zipped, force):
 def collect(root):
     """{path: (its bytes, its mode)} of all that students get. Raises Problem and OSError."""
     labs = [script.stem for script in _scripts(root)]
-    if unknown := {path.stem for path in (root / "labkit").glob("*.py")} - {*MODULES, *MAINTAINERS}:
+    source = root / "labkit"
+    modules = [*source.glob("*.py"), *source.glob("legged/*.py")]
+    if unknown := {path.relative_to(source).with_suffix("").as_posix() for path in modules} - {*MODULES, *MAINTAINERS}:
         raise Problem(
             f"labkit/{min(unknown)}.py is new: in labkit/grading/release.py, add it to MODULES if students"
             " need it, or else to MAINTAINERS."

@@ -146,12 +146,14 @@ def make_runtime(folder):
     """Copy what a worker imports of this package into `folder`; returns its path."""
     kit = Path(__file__).resolve().parent.parent
     target = Path(folder) / "labkit"
-    (target / "grading").mkdir(parents=True, exist_ok=True)
-    for path in kit.glob("*.py"):
+    folders = [target, target / "grading", target / "legged"]
+    for path in folders:
+        path.mkdir(parents=True, exist_ok=True)
+    for path in [*kit.glob("*.py"), *kit.glob("legged/*.py")]:
         if path.stem not in OUTSIDE:
-            shutil.copyfile(path, target / path.name)
+            shutil.copyfile(path, target / path.relative_to(kit))
     for name in INSIDE:
         shutil.copyfile(kit / "grading" / f"{name}.py", target / "grading" / f"{name}.py")
-    for path in (Path(folder), target, target / "grading"):
+    for path in (Path(folder), *folders):
         path.chmod(0o755)
     return str(folder)

@@ -9,6 +9,8 @@ import struct
 
 import numpy as np
 
+from ..legged.noise import Noise
+from ..legged.robot import Sighting
 from ..world import Landmark, Map
 
 LIMIT = 16_000_000  # bytes of one frame
@@ -78,6 +80,10 @@ def _plain(value, blobs):
             raise Garbage(f"an array of {value.dtype} is no array of numbers")
         blobs.append(np.ascontiguousarray(value, dtype=kind).tobytes())
         return {"array": [kind, list(value.shape)]}
+    if isinstance(value, Noise):
+        return {"noise": [_plain(vars(value), blobs)]}
+    if isinstance(value, Sighting):
+        return {"sighting": [_plain(item, blobs) for item in (value.id, np.asarray(value.p, dtype=float), value.complete)]}
     if isinstance(value, Landmark):
         return {"landmark": [_plain(value.id, blobs), _plain(np.asarray(value.p, dtype=float), blobs)]}
     if isinstance(value, Map):
@@ -114,9 +120,27 @@ def _rebuilt(stored, raw, used, depth):
         return tuple(items)
     if kind == "landmark" and len(items) == 2 and np.shape(items[1]) == (2,):
         return Landmark._of(items[1], items[0])
+    if kind == "sighting" and len(items) == 3 and np.shape(items[1]) == (2,) and isinstance(items[2], bool):
+        return _sighting(items[1], items[0], items[2])
+    if kind == "noise" and len(items) == 1 and isinstance(items[0], dict):
+        return _noise(items[0])
     if kind == "map" and all(isinstance(item, Landmark) for item in items):
         return Map(items)
     raise Garbage("an unknown kind of data came back")
+
+
+def _sighting(p, name, complete):
+    try:
+        return Sighting(p, name, complete)
+    except ValueError:
+        raise Garbage("a sighting without numbers came back") from None
+
+
+def _noise(fields):
+    try:
+        return Noise(**fields)
+    except (TypeError, ValueError):
+        raise Garbage("a noise that cannot be came back") from None
 
 
 def _array(content, raw, used):

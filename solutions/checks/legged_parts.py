@@ -16,7 +16,7 @@ def case(id, title, look, name, *args):
     return {"id": id, "title": title, "look": look, "calls": [[name, *args]]}
 
 
-MOVE = "return np.array([x[0] + c * u[0] - s * u[1], x[1] + s * u[0] + c * u[1], wrap(x[2] + u[2])])"
+MOVE, LEAD = "dx, dy = c * u[0] - s * u[1], s * u[0] + c * u[1]", "return np.array([x[0] + dx, x[1] + dy, wrap(x[2] + u[2])])"
 TURN = "    c, s = np.cos(x[2]), np.sin(x[2])\n    " + MOVE
 MOTION = [
     *(case(id, title, [""], "motion", pose, [0.3, -0.12, 0.2]) for id, title, pose in POSES),
@@ -26,31 +26,31 @@ MOTION = [
 MOTION_MISTAKES = [
     Mistake("world-frame", "The odometry is added as it is: it is in the robot's own frame and has to be turned into the "
             "world by the heading first.",
-            [(MOVE, "return np.array([x[0] + u[0], x[1] + u[1], wrap(x[2] + u[2])])")]),
+            [(MOVE, "dx, dy = u[0], u[1]")]),
     Mistake("turned-back", "The odometry is turned the wrong way: from the robot's frame into the world, cos and sin stand "
             "as in eqs 3 and 4, with a minus before u[1] sin.",
-            [(MOVE, MOVE.replace("- s * u[1]", "+ s * u[1]").replace("+ s * u[0]", "- s * u[0]"))]),
+            [(MOVE, "dx, dy = c * u[0] + s * u[1], -s * u[0] + c * u[1]")]),
     Mistake("sign-of-sideways", "The step to the left has the wrong sign in x: a robot that faces up and steps left "
             "goes toward smaller x.",
             [(MOVE, MOVE.replace("- s * u[1]", "+ s * u[1]"))]),
     Mistake("sin-for-cos", "sin and cos have changed places: a robot with heading 0 that walks ahead moves along x.",
-            [("c, s = np.cos(x[2]), np.sin(x[2])\n    return np.array([x[0]", "s, c = np.cos(x[2]), np.sin(x[2])\n    return np.array([x[0]")]),
+            [(TURN, TURN.replace("c, s =", "s, c =", 1))]),
     Mistake("new-heading", "The step is turned by the *new* heading: eqs 3 and 4 use the heading before the turn.",
             [(TURN, TURN.replace("np.cos(x[2]), np.sin(x[2])", "np.cos(x[2] + u[2]), np.sin(x[2] + u[2])"))]),
     Mistake("half-turn", "The step is turned by the heading halfway through the turn. That would be a good idea too, but eqs 3 "
             "and 4 use the heading before the turn.",
             [(TURN, TURN.replace("np.cos(x[2]), np.sin(x[2])", "np.cos(x[2] + u[2] / 2), np.sin(x[2] + u[2] / 2)"))]),
     Mistake("not-wrapped", "The new heading is not wrapped: bring it into (-pi, pi] with `wrap`.",
-            [("wrap(x[2] + u[2])])", "x[2] + u[2]])")]),
+            [(LEAD, LEAD.replace("wrap(x[2] + u[2])", "x[2] + u[2]"))]),
     Mistake("ahead-only", "The step to the left (u[1]) is not used: a robot with legs can walk sideways.",
-            [(MOVE, "return np.array([x[0] + c * u[0], x[1] + s * u[0], wrap(x[2] + u[2])])")]),
+            [(MOVE, "dx, dy = c * u[0], s * u[0]")]),
     Mistake("heading-not-turned", "The heading stays as it was: add u[2].",
-            [("wrap(x[2] + u[2])])", "x[2]])")]),
+            [(LEAD, LEAD.replace("wrap(x[2] + u[2])", "x[2]"))]),
     Mistake("degrees", "The heading is taken for degrees: it is in radians, as cos and sin want it.",
             [(TURN, TURN.replace("np.cos(x[2]), np.sin(x[2])", "np.cos(np.deg2rad(x[2])), np.sin(np.deg2rad(x[2]))"))],
             [(TURN, TURN.replace("np.cos(x[2]), np.sin(x[2])", "np.cos(np.rad2deg(x[2])), np.sin(np.rad2deg(x[2]))"))]),
     Mistake("step-only", "Only the step comes back: add it to the old position.",
-            [(MOVE, MOVE.replace("x[0] + ", "").replace("x[1] + ", ""))]),
+            [(LEAD, LEAD.replace("x[0] + ", "").replace("x[1] + ", ""))]),
 ]
 
 A_ROWS = "[1, 0, -s * u[0] - c * u[1]], [0, 1, c * u[0] - s * u[1]]"
@@ -190,7 +190,7 @@ STACK_MISTAKES = [
             [("return np.concatenate(nu),", "return np.array(nu).T.ravel(),")]),
     Mistake("not-flat", "nu is a table (m, 2): make it one long vector (2m,).",
             [("return np.concatenate(nu),", "return np.array(nu),")]),
-    Mistake("r-vector", "R is a vector: put it on the diagonal of a matrix with `np.diag`.",
+    Mistake("r-vector", "R is a vector: put it on the diagonal of a matrix, as `diag` does.",
             [("np.diag(np.square(sigmas))", "np.square(sigmas)")]),
     Mistake("h-beside", "The Jacobians stand side by side: they belong below one another, (2m, 3).",
             [("np.vstack(H)", "np.hstack(H)")]),
@@ -349,8 +349,8 @@ LOST_MISTAKES = [
 
 CHECKS = [
     Check("legged-motion", LAB, "motion", "function", MOTION,
-          [Right("matrix", [(MOVE, "return np.append(x[:2] + np.array([[c, -s], [s, c]]) @ u[:2], np.arctan2(np.sin(x[2] + u[2]), np.cos(x[2] + u[2])))")]),
-           Right("list", [(MOVE, MOVE.replace("np.array(", "list("))])],
+          [Right("matrix", [(LEAD, "return np.append(x[:2] + np.array([[c, -s], [s, c]]) @ u[:2], np.arctan2(np.sin(x[2] + u[2]), np.cos(x[2] + u[2])))")]),
+           Right("list", [(LEAD, LEAD.replace("np.array(", "list("))])],
           MOTION_MISTAKES),
     Check("legged-motion-jacobians", LAB, "motion_jacobians", "function", JACOBIANS,
           [Right("lists", [("return A, W", "return [A.tolist(), W.tolist()]")])],
