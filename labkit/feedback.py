@@ -107,7 +107,8 @@ _KNOWN = [
     (ValueError, "is not in list",
      "That landmark was looked for and not found; compare landmarks with `==` (by id), not by position."),
     (ValueError, "truth value of an array",
-     "An `if` or `==` met a whole array; compare single numbers or landmarks instead."),
+     "An `if`, `min`, `max` or `==` met a whole array; compare single numbers or landmarks, or use a function that "
+     "takes arrays, like `np.clip`."),
     (IndexError, r"\b(m|map)\[|\.id\b",
      "Something was looked up at a position that is not there. A landmark's id is its name, not its "
      "place in the map: find it with `==` or `map.index(...)`."),

@@ -75,7 +75,9 @@ def _column(title, lines):
 
 
 def _values(names, arrays):
-    texts = [(f"{name} = " if name else "") + number_text(v) for name, v in zip(names, arrays)]
+    texts = [
+        str(bool(v)) if name.endswith("?") else (f"{name} = " if name else "") + number_text(v) for name, v in zip(names, arrays)
+    ]
     return [line for text in texts for line in fold(text)]
 
 
@@ -113,7 +115,7 @@ def input_text(stored):
         return repr(stored)
     ((kind, content),) = stored.items()
     if kind == "map":
-        return "m"
+        return "FIELD.map" if content and content[0][0] == "yellow goal" else "m"
     if kind == "ints":
         return str(content)
     if kind == "noise":

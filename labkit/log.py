@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .feedback import FilterError, explain
+from .feedback import FilterError, Told, explain
 from .geometry import as_covariance, root
 from .robot import add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed
@@ -185,7 +185,7 @@ def replay(kf, log):
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
-        problem = _shape_problem(kf, n) or explain(error)
+        problem = explain(error) if isinstance(error, Told) else _shape_problem(kf, n) or explain(error)
         raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
     bad = ~(np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2)))
     if bad.any():

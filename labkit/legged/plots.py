@@ -43,12 +43,17 @@ class WalkPanel:
         (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.2, label="estimate")
         (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.6, alpha=0.7)
-        self.artists = [self.ellipses, self.truth, self.estimate]
+        (self.lifted,) = ax.plot([], [], "x", color=BLUE, ms=9, mew=2)
+        (self.start,) = ax.plot([], [], "o", color=BLUE, ms=6)
+        self.artists = [self.ellipses, self.truth, self.estimate, self.lifted, self.start]
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, fontsize=8, frameon=False)
 
     def show(self, log, history, ellipses=25):
         self.truth.set_data(*_broken(log.truth[:, :2], log.kidnapped).T)
-        self.estimate.set_data(*history.x[:, :2].T)
+        self.start.set_data(*log.truth[[0, *(k + 1 for k in log.kidnapped)], :2].T)
+        self.lifted.set_data(*log.truth[list(log.kidnapped), :2].T)
+        sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0  # an estimate of "anywhere" is just the middle of the field
+        self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
         known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]  # wider ones would fill the picture
         outline = ellipse(history.x[known, :2], history.P[known, :2, :2], points=40)
@@ -106,26 +111,24 @@ class SurprisePanel:
 class BeliefPanel:
     """What one localizer believes at one moment: grid with its headings, particles, estimate and ellipse."""
 
-    CELLS, PARTICLES = 120, 300  # as many wedges and dots as a picture can bear
+    CELLS, PARTICLES = 60, 300  # as many wedges and dots as a picture can bear
 
-    def __init__(self, ax, field=FIELD, title="", legend=False):
+    def __init__(self, ax, field=FIELD, title=""):
         draw_field(ax, field, title)
         half = field.half
         # The grid lies under the field's lines, or those would vanish where it knows nothing.
         self.image = ax.imshow(np.zeros((2, 2)), extent=(-half[0], half[0], -half[1], half[1]), origin="lower",
                                cmap="Greens", vmin=0, vmax=1, alpha=0.8, zorder=0.5, interpolation="nearest")  # fmt: skip
-        self.wedges = PolyCollection([], facecolors="k", alpha=0.55, lw=0)
+        self.wedges = PolyCollection([], facecolors="k", alpha=0.6, lw=0)
         ax.add_collection(self.wedges)
         (self.dots,) = ax.plot([], [], ".", color=GREEN, ms=2.5, label="particles")
-        (self.trail,) = ax.plot([], [], "-", color=BLUE, lw=0.8, alpha=0.6)
+        (self.trail,) = ax.plot([], [], "-", color=BLUE, lw=0.8, alpha=0.6, label="its path so far")
         (self.robot,) = ax.plot([], [], "-", color=BLUE, lw=2.2, label="robot")
         (self.sight,) = ax.plot([], [], ":", color=BLUE, lw=0.9, label="field of view")
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.4, label="3σ ellipse")
         (self.mean,) = ax.plot([], [], "-", color=VERMILION, lw=2.2, label="estimate")
         self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
-        if legend:
-            ax.legend(handles=[self.robot, self.sight, self.mean, self.ellipse], loc="upper center",
-                      bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize=8, frameon=False)  # fmt: skip
+        self.legend = [self.robot, self.trail, self.sight, self.mean, self.ellipse]
 
     def show(self, belief, log=None, k=0):
         """belief: from `believed`; the robot of `log` after k steps."""
@@ -163,7 +166,7 @@ class _Grid:
         self.h, self.theta, self.s, self.px, self.py = h, theta, s, px, py
 
 
-def _wedges(grid, most, size=0.16):
+def _wedges(grid, most, size=0.24):
     """Triangles (n, 3, 2) in the most possible cells: they point along the heading, as wide as its support."""
     best = np.argsort(grid.h, axis=None)[::-1][:most]
     best = best[(grid.h.flat[best] > 0.3) & (grid.s.flat[best] < 2.5)]
@@ -202,6 +205,7 @@ def plot_experiment(axes, log, history, bounds=(0.07, np.deg2rad(60))):
 
 def plot_race(axes, results):
     """Three axes: median error over time, share of runs recovered over time, accuracy against cost."""
+    spots = []
     styles = {r.name: METHODS[i % len(METHODS)] for i, r in enumerate(results)}
     for r in results:
         color, style = styles[r.name]
@@ -212,7 +216,9 @@ def plot_race(axes, results):
             soon = steps <= 60
             x, y = np.append(0, steps[soon]) / 10, np.append(0, share[soon])
             axes[1].step(np.append(x, 6), 100 * np.append(y, y[-1]), where="post", ls=style, color=color, lw=1.3)
-        axes[2].plot(1e3 * r.seconds, 100 * r.tracking.mean(), "o", color=color, ms=8)
+        spot = 1e3 * r.seconds, 100 * r.tracking.mean()
+        axes[2].plot(*spot, "o", color=color, ms=8)
+        spots.append((spot, r.name))
     kidnapped = results[0].kidnapped
     if kidnapped is not None:
         axes[0].axvline(0.1 * kidnapped, color=GREY, ls="-.", lw=1)
@@ -224,6 +230,12 @@ def plot_race(axes, results):
         axis.set_major_locator(FixedLocator(ticks))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
+    # Names beside the dots, from the most accurate up; each at least a line above the one before.
+    height = -np.inf
+    for (x, y), name in sorted(spots, key=lambda one: one[0][1]):
+        height = max(np.log10(y), height + 0.065)
+        axes[2].annotate(name, (x, y), (1.6, 10**height), fontsize=7.5, ha="left", va="center", annotation_clip=False,
+                         arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3})  # fmt: skip
     axes[0].figure.legend(loc="outside lower center", ncols=min(4, len(results)), fontsize=9, frameon=False)
 
 
@@ -234,14 +246,22 @@ def show_walk(log, history=None, title=""):
     if history is None:
         figure, ax = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
         draw_field(ax, log.field, title)
+        for landmark in log.map:
+            x, y = landmark.p
+            ax.annotate(landmark.id, (x, y), (-10 * np.sign(x), 0) if y == 0 else (0, -14 * np.sign(y)), textcoords="offset points",
+                        ha="center" if y else "left" if x < 0 else "right", va="center", fontsize=8, color="0.35")  # fmt: skip
+        ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start")
         ax.plot(*_broken(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
         for k in range(0, len(log) + 1, 20):
             ax.plot(*_arrow(log.truth[k], 0.18).T, "-", color=VERMILION, lw=1.2, label="heading, every 2 s" if k == 0 else None)
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, fontsize=9, frameon=False)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=9, frameon=False)
     else:
         figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained", width_ratios=[1.3, 1])
         WalkPanel(axes[0], log.field).show(log, history)
-        DistancePanel(axes[1], log.times[-1], kidnapped=bool(log.kidnapped)).show(log, history)
+        carried = bool(log.kidnapped)
+        DistancePanel(axes[1], log.times[-1], 8.0 if carried else 1.0, carried).show(log, history)
+        for panel in axes:
+            panel.get_legend().set(loc="upper center", bbox_to_anchor=(0.5, -0.16))
         figure.suptitle(title)
     plt.show()
 
@@ -259,7 +279,7 @@ def show_beliefs(localizer, log, steps=(0, 1, 4, 10, 20, 60)):
         ax.label_outer()
     for ax in list(axes.flat)[len(steps) :]:
         ax.set_visible(False)
-    figure.legend(handles=[panel.robot, panel.sight, panel.mean, panel.ellipse], loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+    figure.legend(handles=panel.legend, loc="outside lower center", ncols=5, fontsize=9, frameon=False)
     plt.show()
 
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import wrap
+from ..feedback import FilterError, explain
+from ..geometry import as_covariance, wrap
 from .field import FIELD
 from .inputs import as_motion, known
 from .noise import as_noise
@@ -94,10 +95,29 @@ class Memory:
 
     def _ask(self):
         if not self._fresh:
-            found = self.restart(self.remembered()) if self._seen else None
-            self._answer = found
+            self._answer = self._asked() if self._seen else None
             self._fresh = True
         return self._answer
+
+    def _asked(self):
+        """(x0, P0) from `restart`, or None; raises FilterError that names it if it gives anything else."""
+        try:
+            found = self.restart(self.remembered())
+        except NotImplementedError:
+            raise
+        except Exception as error:
+            raise FilterError(f"`restart` stopped. {explain(error)}") from error
+        if found is None:
+            return None
+        try:
+            x0, P0 = found
+            x0, P0 = np.array(x0, dtype=float), np.array(P0, dtype=float)
+            if x0.shape != (3,) or not np.isfinite(x0).all():
+                raise ValueError("x0 is no pose (3,)")
+            return x0, as_covariance(P0, "P0", 3)
+        except (TypeError, ValueError) as error:
+            what = f"it returned {found!r:.200}"
+            raise FilterError(f"`restart` should return (x0 (3,), P0 (3, 3)) or None, but {what}: {error}.") from error
 
     @property
     def quality(self):
@@ -106,14 +126,14 @@ class Memory:
     @property
     def size(self):
         found = self._ask()
-        return np.inf if found is None else float(np.sqrt(np.trace(np.asarray(found[1])[:2, :2])))
+        return np.inf if found is None else float(np.sqrt(np.trace(found[1][:2, :2])))
 
     @property
     def xk_k(self):
         found = self._ask()
-        return np.zeros(3) if found is None else np.asarray(found[0])
+        return np.zeros(3) if found is None else found[0]
 
     @property
     def Pk_k(self):
         found = self._ask()
-        return self._wide if found is None else np.asarray(found[1])
+        return self._wide if found is None else found[1]

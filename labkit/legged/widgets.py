@@ -19,13 +19,13 @@ from .robot import LeggedRobot
 
 STEPS, KIDNAP = 300, 150
 SLIDERS = {
-    "gate": dict(value=13.8, min=0, max=2.5, description="gate of the EKF: d²"),
+    "gate": dict(value=13.8, min=0, max=6, description="gate of the EKF: d²"),
     "bound": dict(value=13.8, min=0, max=2.5, description="a surprise: d² above"),
     "share": dict(value=0.6, min=0.0, max=1.0, description="share of surprises"),
 }
 
 
-def explore(EKF, lost, preset="real", sliders=("gate", "bound", "share"), seed=1, background=0):
+def explore(EKF, lost, preset="harsh", sliders=("gate", "bound", "share"), seed=1, background=0):
     """Sliders over one recorded walk with a kidnapping: noise preset, the filter's gate, when to switch.
 
     EKF:  the student's class, made as EKF(x0, P0, map, noise, gate=...).
@@ -145,6 +145,8 @@ def in_words(log, history, finding):
 
 def play(localizers, log, interval=100, most=150):
     """Animate what several localizers believe, side by side: {name: localizer}, one or up to three."""
+    if not 1 <= len(localizers) <= 3:
+        raise ValueError(f"localizers must be a dictionary of one to three, but it has {len(localizers)}")
     screen, frames, texts = Screen(), [], []
     steps = np.arange(0, len(log) + 1, -(-len(log) // most))
     try:
@@ -152,8 +154,9 @@ def play(localizers, log, interval=100, most=150):
     except FilterError as error:
         screen.apologize(str(error))
         return Kept([screen.text], text=str(error))
-    canvas = Canvas(3.1 * len(localizers) + 0.2, 2.7, columns=len(localizers))
+    canvas = Canvas(3.1 * len(localizers) + 0.2, 3.0, columns=len(localizers))
     panels = [BeliefPanel(ax, log.field, name) for ax, name in zip(canvas.axes, localizers)]
+    canvas.figure.legend(handles=panels[0].legend, loc="outside lower center", ncols=5 if len(localizers) > 1 else 3, fontsize=8, frameon=False)
     for ax in canvas.axes[1:]:
         ax.set(ylabel="", yticklabels=[])
     canvas.move(*panels)

@@ -26,9 +26,9 @@ WEST = [0.4, 0.3, 0.05]
 LIE = ["pink-yellow", 0.6, -2.0, True]  # a false alarm
 
 
-def scenario(id, title, calls, x0=X0, P=P0, **more):
+def scenario(id, title, calls, x0=X0, P=P0, options=(), **more):
     calls = [[name, arg if name == "predict" else {"sights": arg}] for name, arg in calls]
-    make = [[x0, P, {"map": FIELD}, {"noise": NOISY}], {}]
+    make = [[x0, P, {"map": FIELD}, {"noise": NOISY}], dict(options)]
     return {"id": id, "title": title, "look": STATE, "make": make, "calls": calls, **more}
 
 
@@ -60,6 +60,8 @@ SCENARIOS = [
              x0=[0.4, -0.7, 3.1]),
     scenario("lie", "a false alarm beside an honest sighting: the gate", [("update", [LIE, Y[0]])]),
     scenario("only-lie", "nothing but a false alarm", [("update", [LIE])]),
+    scenario("gate", "another gate: 3", [("update", [["blue-pink", 1.62, -0.62, True], Y[2]])], options={"gate": 3.0}),
+    scenario("beyond", "a robot beyond the field", [("update", [["blue goal", 1.2, 3.05, True]])], x0=[4.2, 0.1, 0.1]),
     scenario("twice", "two updates, one after the other, the second empty", [("update", [Y[0]]), ("update", [])]),
     walk(3),
 ]
@@ -140,6 +142,8 @@ MISTAKES = [
             [(MOVE_P, "pass")]),
     Mistake("no-gate", "There is no gate: sightings with a d2 of self.gate or more are left out.",
             [(KEEP, "keep = np.repeat(np.array(self.d2) < np.inf, 2)")]),
+    Mistake("gate-fixed", "The gate is always 13.8: compare with `self.gate`.",
+            [(KEEP, KEEP.replace("self.gate", "13.8"))]),
     Mistake("gate-reversed", "The gate is the wrong way round: what fits is thrown away, and what does not is used.",
             [(KEEP, KEEP.replace("<", ">"))]),
     Mistake("gate-of-root", "The gate compares the square root of d2 with self.gate: it is meant for d2 itself.",
@@ -152,6 +156,8 @@ MISTAKES = [
             [(APPEND, "self.d2.append(nu[block] @ nu[block])")]),
     Mistake("gate-with-r", "d2 is computed with R instead of S = H P H' + R: when the filter is unsure, more is possible.",
             [(APPEND, APPEND.replace("S[block, block]", "R[block, block]"))]),
+    Mistake("d2-root", "`self.d2` holds the square roots: keep d2 itself, the square.",
+            [(APPEND, "self.d2.append(np.sqrt(nu[block] @ np.linalg.solve(S[block, block], nu[block])))"), (KEEP, KEEP.replace("np.array(self.d2)", "np.square(self.d2)"))]),
     Mistake("d2-not-kept", "`self.d2` stays empty: keep the d2 of every landmark in view, you will need them in section 8.",
             [(NONE, NONE.replace("        if", "        self.d2 = []\n        if", 1))]),
     Mistake("d2-only-kept", "`self.d2` holds only what passed the gate: keep the d2 of every landmark in view. The surprises are what "
@@ -165,6 +171,8 @@ MISTAKES = [
             [(GUARD, "")]),
     Mistake("heading-not-wrapped", "After the update the heading is outside (-pi, pi]: wrap it.",
             [(WRAPX, "")]),
+    Mistake("position-wrapped", "The whole pose is wrapped, metres included: only the heading is an angle.",
+            [(WRAPX, "        self.xk_k = wrap(self.xk_k)\n")]),
     Mistake("x-not-corrected", "`update` leaves the pose as it was: is the corrected one assigned to self.xk_k?",
             [(X, "self.xk_k + K @ nu")]),
     Mistake("sign", "The correction points the wrong way: add K nu.",
@@ -181,6 +189,8 @@ MISTAKES = [
             [(S, "S = H @ self.Pk_k @ H.T + 1e-9 * np.eye(len(nu))")]),
     Mistake("s-without-p", "H P H' is missing in S: S = H P H' + R.",
             [(S, "S = R.copy()")]),
+    Mistake("gain-inverts-r", "The gain inverts R instead of S = H P H' + R.",
+            [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(R)")]),
     Mistake("gain-not-inverted", "S is not inverted in the gain: K = P H' S^-1.",
             [(K, "K = self.Pk_k @ H.T @ S")]),
 ]

@@ -21,6 +21,7 @@ TURN = "    c, s = np.cos(x[2]), np.sin(x[2])\n    " + MOVE
 MOTION = [
     *(case(id, title, [""], "motion", pose, [0.3, -0.12, 0.2]) for id, title, pose in POSES),
     case("stand", "a robot that only turns", [""], "motion", [0.3, 0.2, 1.0], [0.0, 0.0, 0.5]),
+    case("beyond", "a robot far from the middle, beyond the field", [""], "motion", [4.4, -3.9, 0.6], [0.6, 0.5, 0.6]),
     case("over", "a turn across 180 degrees", [""], "motion", [0.3, 0.2, 2.6], [0.5, 0.4, 0.8]),
 ]
 MOTION_MISTAKES = [
@@ -42,6 +43,8 @@ MOTION_MISTAKES = [
             [(TURN, TURN.replace("np.cos(x[2]), np.sin(x[2])", "np.cos(x[2] + u[2] / 2), np.sin(x[2] + u[2] / 2)"))]),
     Mistake("not-wrapped", "The new heading is not wrapped: bring it into (-pi, pi] with `wrap`.",
             [(LEAD, LEAD.replace("wrap(x[2] + u[2])", "x[2] + u[2]"))]),
+    Mistake("position-wrapped", "The whole pose is wrapped, metres included: only the heading is an angle.",
+            [(LEAD, "return wrap(np.array([x[0] + dx, x[1] + dy, x[2] + u[2]]))")]),
     Mistake("ahead-only", "The step to the left (u[1]) is not used: a robot with legs can walk sideways.",
             [(MOVE, "dx, dy = c * u[0], s * u[0]")]),
     Mistake("heading-not-turned", "The heading stays as it was: add u[2].",
@@ -60,6 +63,8 @@ JACOBIANS_MISTAKES = [
     Mistake("a-identity", "A is the identity: the position does depend on the heading, so two entries of its last column "
             "are the derivatives by it.",
             [(A_ROWS, "[1, 0, 0], [0, 1, 0]")]),
+    Mistake("a-no-identity", "The identity is missing in A: a pose that is off by 1 cm before the step is off by 1 cm after it.",
+            [(A_ROWS, "[0, 0, -s * u[0] - c * u[1]], [0, 0, c * u[0] - s * u[1]]")]),
     Mistake("a-sign", "The entry of A for x and the heading has the wrong sign: the derivative of cos is -sin.",
             [("[1, 0, -s * u[0] - c * u[1]]", "[1, 0, s * u[0] - c * u[1]]")],
             [("[1, 0, -s * u[0] - c * u[1]]", "[1, 0, s * u[0] + c * u[1]]")],
@@ -101,6 +106,7 @@ def jacobian_case(id, title, pose, name):
 
 
 JACOBIAN = [jacobian_case(*place) for place in PLACES]
+JACOBIAN.append(case("step", "another step, straight behind", [""], "jacobian", [0.5, 0.0, 0.0], {"landmark": ["yellow goal", *AT["yellow goal"]]}, 3e-3))
 ANALYTIC = """def jacobian(x, landmark, step=1e-5):
     dx, dy = landmark - x[:2]
     q = dx**2 + dy**2
@@ -109,8 +115,10 @@ ANALYTIC = """def jacobian(x, landmark, step=1e-5):
 """
 JACOBIAN_MISTAKES = [
     Mistake("difference-not-wrapped", "The difference of two bearings is not wrapped: near 180 degrees the derivative becomes "
-            "enormous. `wrap` change[1] before you divide.",
+            "enormous. `wrap` it before you divide.",
             [("        change[1] = wrap(change[1])\n        H", "        H")]),
+    Mistake("wrapped-after", "The quotient is wrapped instead of the difference of the two bearings: wrap first, then divide.",
+            [("        change[1] = wrap(change[1])\n        H[:, j] = change / (2 * step)", "        H[:, j] = change / (2 * step)\n        H[1, j] = wrap(H[1, j])")]),
     Mistake("half", "The result is twice too large: x + e and x - e are 2 steps apart.",
             [(DIVIDE, "H[:, j] = change / step")]),
     Mistake("one-sided", "Forward and backward are mixed: h(x + e) - h(x) belongs to one step, h(x + e) - h(x - e) to two.",
@@ -184,6 +192,8 @@ STACK_MISTAKES = [
             [(f"{RANGE}\n        {BEARING}", f"{BEARING}\n        {RANGE}")]),
     Mistake("from-sighting", "What is expected is computed from the sighting itself: find the landmark on the map.",
             [(KNOWN, "known = lm")]),
+    Mistake("jacobian-of-sighting", "The Jacobian is computed from the sighting itself: it wants the landmark's place on the map, as h does.",
+            [("H.append(jacobian(x, known))", "H.append(jacobian(x, lm))")]),
     Mistake("by-place", "The j-th sighting is taken for the j-th landmark of the map: find it with `m.index(lm)`.",
             [(KNOWN, "known = m[len(nu)]")]),
     Mistake("all-ranges-first", "All ranges come first, then all bearings: keep the two of one landmark side by side.",
@@ -209,6 +219,10 @@ BODY = "return b + (h - b) * np.clip((s - away) / (s - c), 0, 1)"
 MEMBERSHIP_MISTAKES = [
     Mistake("not-wrapped", "The difference of the angles is not wrapped: 179 and -179 degrees are 2 degrees apart.",
             [("np.abs(wrap(phi - theta))", "np.abs(phi - theta)")]),
+    Mistake("wrapped-last", "The absolute value is taken before the wrapping: wrap the difference, then take its absolute value.",
+            [("np.abs(wrap(phi - theta))", "wrap(np.abs(phi - theta))")]),
+    Mistake("degrees", "The angles are taken for degrees: all of them are in radians.",
+            [("np.abs(wrap(phi - theta))", "np.rad2deg(np.abs(wrap(phi - theta)))")]),
     Mistake("no-abs", "The distance has lost its absolute value: the trapezoid falls off to both sides.",
             [("np.abs(wrap(phi - theta))", "wrap(phi - theta)")]),
     Mistake("no-bias", "The bias is missing: outside the support the value is b, not 0.",
@@ -244,6 +258,10 @@ FUSION_MISTAKES = [
             [(S, S.replace("(e - (sigma + 0.3 * cell))", "e"))]),
     Mistake("cell-forgotten", "The size of the cell is missing in the flat top: sigma + 0.3 cell.",
             [(S, S.replace(" + 0.3 * cell", ""))]),
+    Mistake("divided-by-two", "`/ 2 * sigma` divides by 2 and *multiplies* by sigma: write `/ (2 * sigma)`.",
+            [(S, S.replace("/ (2 * sigma)", "/ 2 * sigma"))]),
+    Mistake("brackets", "`e - sigma + 0.3 * cell` adds the cell's part: subtract both, `e - (sigma + 0.3 * cell)`.",
+            [(S, S.replace("(e - (sigma + 0.3 * cell))", "(e - sigma + 0.3 * cell)"))]),
     Mistake("no-factor", "The factor 0.9 is missing.",
             [(S, S.replace("0.9 * ", ""))]),
     Mistake("one-sigma", "The flank is 2 sigma wide.",
@@ -273,8 +291,8 @@ SURE_XY = [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 1.3]]
 NEARLY = [[0.11, 0.05, 0.0], [0.05, 0.11, 0.0], [0.0, 0.0, 0.7]]
 
 
-def spread_case(id, title, P):
-    return case(id, title, [""], "lost_by_spread", P)
+def spread_case(id, title, P, *limits):
+    return case(id, title, ["lost?"], "lost_by_spread", P, *limits)
 
 
 def diagonal(*variances):
@@ -284,7 +302,10 @@ def diagonal(*variances):
 SPREAD = [spread_case("sure", "a narrow covariance", NARROW), spread_case("position", "a wide position", TALL),
           spread_case("x", "wide in x only", diagonal(0.6, 0.01, 0.01)), spread_case("y", "wide in y only", diagonal(0.01, 0.6, 0.01)),
           spread_case("heading", "a wide heading", SURE_XY), spread_case("nearly", "wide, but not yet too wide", NEARLY),
-          spread_case("nearly-xy", "a position that is not yet too wide", diagonal(0.11, 0.11, 0.001))]
+          spread_case("nearly-xy", "a position that is not yet too wide", diagonal(0.11, 0.11, 0.001)),
+          spread_case("limits", "other limits: 2 m and 2 rad", diagonal(3.0, 3.0, 0.01), 2.0, 2.0),
+          spread_case("tiny", "a covariance that is very narrow", diagonal(0.01, 0.01, 1e-4)),
+          spread_case("inside", "other limits, a narrow covariance", diagonal(1.5, 1.5, 3.0), 2.0, 2.0)]
 RULE = "return bool(np.sqrt(P[0, 0] + P[1, 1]) > position or np.sqrt(P[2, 2]) > heading)"
 SPREAD_MISTAKES = [
     Mistake("no-root", "The variances are compared with standard deviations: take the square root.",
@@ -298,7 +319,13 @@ SPREAD_MISTAKES = [
     Mistake("position-forgotten", "The position is not looked at.",
             [(RULE, "return bool(np.sqrt(P[2, 2]) > heading)")]),
     Mistake("reversed", "The comparison is the wrong way round: lost means that the spread is *above* the limit.",
-            [(RULE, RULE.replace("return bool(", "return not ("))]),
+            [(RULE, RULE.replace("return bool(", "return not ("))], [(RULE, RULE.replace(">", "<"))]),
+    Mistake("fixed-limits", "`position` and `heading` are not used: 0.5 and 1.0 are only their defaults.",
+            [(RULE, RULE.replace("> position", "> 0.5").replace("> heading", "> 1.0"))]),
+    Mistake("largest", "The larger of the two standard deviations is taken: add the variances of x and y, then take the root.",
+            [(RULE, "return bool(np.sqrt(max(P[0, 0], P[1, 1])) > position or np.sqrt(P[2, 2]) > heading)")]),
+    Mistake("degrees", "The heading's spread is turned into degrees: P and the limit are in radians.",
+            [(RULE, RULE.replace("np.sqrt(P[2, 2])", "np.rad2deg(np.sqrt(P[2, 2]))"))]),
     Mistake("x-only", "Only the variance of x is used: add that of y.",
             [(RULE, "return bool(np.sqrt(P[0, 0]) > position or np.sqrt(P[2, 2]) > heading)")]),
     Mistake("sum-of-sigmas", "The standard deviations are added: add the variances, then take the root.",
@@ -307,7 +334,7 @@ SPREAD_MISTAKES = [
 
 
 def lost_case(id, title, *calls):
-    return {"id": id, "title": title, "look": [""], "calls": [["lost", *call] for call in calls]}
+    return {"id": id, "title": title, "look": ["lost?"], "calls": [["lost", *call] for call in calls]}
 
 
 BAD, GOOD = 60.0, 1.5
@@ -317,7 +344,7 @@ LOST = [
     lost_case("five", "five surprises among eight", (NARROW, [BAD, GOOD, BAD, BAD, GOOD, BAD, BAD, GOOD])),
     lost_case("four", "only four surprises among eight", (NARROW, [BAD, GOOD, BAD, BAD, GOOD, GOOD, BAD, GOOD])),
     lost_case("three", "three surprises in a row, at the end", (NARROW, [GOOD] * 5 + [22.0] * 3)),
-    lost_case("few", "fewer than eight sightings", (NARROW, [BAD] * 7), (NARROW, [BAD]), (NARROW, [])),
+    lost_case("few", "fewer than eight sightings: seven surprises, then one, then none at all", (NARROW, [BAD] * 7), (NARROW, [BAD]), (NARROW, [])),
     lost_case("share", "another bound and another share", (NARROW, [20.0] * 8, 30.0), (NARROW, [20.0] * 8, 10.0), (NARROW, [BAD] * 4 + [GOOD] * 4, 13.8, 0.5)),
 ]
 SURPRISED = "surprised = len(d2) >= 8 and np.mean(np.asarray(d2) > bound) >= share"
@@ -331,8 +358,11 @@ LOST_MISTAKES = [
             [(EITHER, EITHER.replace(" or ", " and "))]),
     Mistake("paper-forgotten", "The paper's rule is lost: a covariance that is too wide still counts.",
             [(EITHER, "return bool(surprised)")]),
-    Mistake("nis-forgotten", "The surprises are not used: this is still the paper's rule.",
-            [(EITHER, "return lost_by_spread(P)")]),
+    Mistake("nis-forgotten", "Surprises never count: five among eight should be enough. Is it `len(d2) >= 8`, is d2 itself "
+            "compared with bound, and is `surprised` used?",
+            [(EITHER, "return lost_by_spread(P)")], [("len(d2) >= 8", "len(d2) > 8")]),
+    Mistake("more-than-share", "Exactly the share is enough: at least, so `>=`.",
+            [(">= share", "> share")]),
     Mistake("any", "One surprise is enough here: it may be a false alarm. Ask for the share, the number of surprises over that "
             "of the sightings.",
             [("np.mean(np.asarray(d2) > bound) >= share", "np.any(np.asarray(d2) > bound)")],
