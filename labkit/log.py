@@ -59,6 +59,8 @@ class Log:
                 raise ValueError(f"a log of {n} steps needs {length} {name}, but there are {len(value)}")
         if self.sensor not in SENSORS:
             raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
+        if len(self.seen_step) and not 0 <= min(self.seen_step) <= max(self.seen_step) < n:
+            raise ValueError(f"seen_step must name steps from 0 to {n - 1}, but goes from {min(self.seen_step)} to {max(self.seen_step)}")
         if n and not (np.diff(self.times) > 0).all():
             raise ValueError("the times of a log must increase from step to step")
         for name in ("times", "controls", "seen"):

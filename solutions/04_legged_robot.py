@@ -741,7 +741,7 @@ plt.show()
 #
 # <details><summary>Hint</summary>
 #
-# All candidates and all sightings at once: `then = moved(poses[:, None], past.before)` has the shape (candidates, sightings, 3).
+# All candidates and all sightings at once: with `many = poses[:, None]`, which has the shape (candidates, 1, 3), `moved(many, past.before)` has the shape (candidates, sightings, 3).
 # </details>
 
 # %% id="answer-restart" tags=["answer"]

@@ -29,7 +29,9 @@ def recorded(noise="real", seed=0, steps=200, kidnap=()):
 
 def cut(log, keep):
     """A log with only those of its sightings that `keep` (M,) says."""
-    return replace(log, **{name: getattr(log, name)[keep] for name in ("seen", "seen_id", "seen_step", "complete")})
+    return replace(
+        log, **{name: getattr(log, name)[keep] for name in ("seen", "seen_id", "seen_step", "complete")}
+    )
 
 
 @cache
@@ -41,8 +43,16 @@ def guided(noise, controls, steps):
     maker = LeggedRobot(noise, rng=0)
     pan, truth = LeggedRobot(noise, rng=1).record(steps).pan, np.array(truth)
     moves = np.tile(np.array(controls, dtype=float), (steps, 1))
-    return FieldLog(np.arange(steps + 1) * robot.DT, maker._odometry(moves), **maker._look(truth[1:], pan), map=FIELD.map,
-                    sensor="rb", frame="robot", truth=truth, pan=pan, noise=maker.noise)  # fmt: skip
+    made = {
+        "map": FIELD.map,
+        "sensor": "rb",
+        "frame": "robot",
+        "truth": truth,
+        "pan": pan,
+        "noise": maker.noise,
+    }
+    times = robot.DT * np.arange(steps + 1)
+    return FieldLog(times, maker._odometry(moves), **maker._look(truth[1:], pan), **made)
 
 
 def far(a, b):
@@ -95,7 +105,11 @@ def pairs(kind, n=60):
         h, b = rng.uniform(0.4, 1, 2), rng.uniform(0, 0.3, 2)
         D = abs(wrap(theta[0] - theta[1]))
         spare = 0.01  # nearer than this to a border is for nobody to say
-        found = {"core": D < c.sum() - spare, "flank": c.sum() + spare < D < s.sum() - spare, "none": D > s.sum() + spare}
+        found = {
+            "core": D < c.sum() - spare,
+            "flank": c.sum() + spare < D < s.sum() - spare,
+            "none": D > s.sum() + spare,
+        }
         if found[kind] and s.sum() + D < 2 * np.pi - spare:
             n -= 1
             yield [Trapezoids(*each) for each in zip(wrap(theta), c, s, h, b)]
@@ -124,7 +138,9 @@ def test_two_fuzzy_headings_are_fused_as_their_product_says(kind):
             between = flanks & (abs(wrap(PHI - one.theta)) + abs(wrap(PHI - two.theta)) < D + 1e-6)
             best = np.where(between, product, -1)
             assert c == 0 and h == pytest.approx(best.max(), abs=2e-3)
-            assert abs(wrap(PHI[best > best.max() - 1e-9] - theta)).min() < 2e-2 and not (both & ~support).any()
+            assert (
+                abs(wrap(PHI[best > best.max() - 1e-9] - theta)).min() < 2e-2 and not (both & ~support).any()
+            )
         else:
             stays, other = (one, two) if one.h * two.b >= two.h * one.b else (two, one)
             assert [c, s, h] == pytest.approx([stays.c, stays.s, stays.h * other.b])
@@ -138,7 +154,9 @@ def test_fusing_does_not_ask_which_comes_first_nor_where_zero_is():
             theta, *shape = map(float, fused(one, two))
             other, *same = map(float, fused(two, one))
             assert same == pytest.approx(shape) and abs(wrap(other - theta)) < 1e-9
-            turned, *same = map(float, fused(replace(one, theta=one.theta + 2), replace(two, theta=two.theta + 2)))
+            turned, *same = map(
+                float, fused(replace(one, theta=one.theta + 2), replace(two, theta=two.theta + 2))
+            )
             assert same == pytest.approx(shape) and abs(wrap(turned - theta - 2)) < 1e-9
 
 
@@ -151,7 +169,10 @@ def test_who_knows_no_heading_takes_the_one_that_is_seen(theta):
 
 def test_many_are_fused_as_one_is():
     ones, twos = (list(t) for t in zip(*pairs("core", 20), *pairs("flank", 20), *pairs("none", 20)))
-    stacked = [Trapezoids(*np.array([[getattr(t, k) for k in ("theta", "c", "s", "h", "b")] for t in each]).T) for each in (ones, twos)]
+    stacked = [
+        Trapezoids(*np.array([[getattr(t, k) for k in ("theta", "c", "s", "h", "b")] for t in each]).T)
+        for each in (ones, twos)
+    ]
     np.testing.assert_allclose(fused(*stacked), np.array([fused(a, b) for a, b in zip(ones, twos)]).T)
 
 
@@ -179,8 +200,14 @@ def test_a_certain_cell_walks_as_the_robot_does_and_does_not_drift(cell, u):
         grid._locate()  # from the cells, where `predict` has gone by odometry
         assert far(grid.xk_k, pose) < 1e-9
     row, column = np.unravel_index(grid.h.argmax(), grid.h.shape)
-    assert grid.h[row, column] == 1.0 and np.hypot(*(pose[:2] - (grid.px[row, column], grid.py[row, column]))) < cell
-    assert max(abs(grid.px[row, column] - grid.x[column]), abs(grid.py[row, column] - grid.y[row])) <= cell / 2 + 1e-9
+    assert (
+        grid.h[row, column] == 1.0
+        and np.hypot(*(pose[:2] - (grid.px[row, column], grid.py[row, column]))) < cell
+    )
+    assert (
+        max(abs(grid.px[row, column] - grid.x[column]), abs(grid.py[row, column] - grid.y[row]))
+        <= cell / 2 + 1e-9
+    )
 
 
 def test_cells_go_along_their_own_headings():
@@ -197,7 +224,10 @@ def test_cells_go_along_their_own_headings():
 def sound(grid):
     assert FLOOR <= grid.h.min() and grid.h.max() <= 1 + 1e-12
     assert (grid.c >= 0).all() and (grid.c <= grid.s).all() and (grid.s <= np.pi).all()
-    assert np.isfinite([grid.h, grid.theta, grid.c, grid.s, grid.px, grid.py]).all() and (abs(grid.theta) <= np.pi).all()
+    assert (
+        np.isfinite([grid.h, grid.theta, grid.c, grid.s, grid.px, grid.py]).all()
+        and (abs(grid.theta) <= np.pi).all()
+    )
     assert 0 <= grid.quality <= 1 and 0 < grid.size <= 2 * grid.field.half.max() + 1e-9
     believable(grid.xk_k, grid.Pk_k)
 
@@ -223,7 +253,12 @@ def test_a_grid_stays_sound_and_finds_the_robot(noise, cell):
     off = np.hypot(*(np.array(found) - log.truth[1:])[:, :2].T)
     assert np.median(off[30:75]) < 0.3 and np.median(off[110:]) < 0.4
     grid.reset()
-    assert (grid.h == 1).all() and (grid.c == np.pi).all() and grid.quality == 0 and grid.size == pytest.approx(5.8)
+    assert (
+        (grid.h == 1).all()
+        and (grid.c == np.pi).all()
+        and grid.quality == 0
+        and grid.size == pytest.approx(5.8)
+    )
     assert grid.Pk_k[0, 0] + grid.Pk_k[1, 1] == pytest.approx((5.8**2 + 4**2) / 12)
 
 
@@ -299,7 +334,9 @@ def test_a_memory_knows_where_things_are_now_and_were_then():
         memory.predict(u)
         memory.update(y)
         past, last = memory.remembered(), np.flatnonzero(log.seen_step <= k)[-10:]
-        assert len(past) == len(last) and all(len(a) == len(last) for a in (past.places, past.sigma, past.since, past.before))
+        assert len(past) == len(last) and all(
+            len(a) == len(last) for a in (past.places, past.sigma, past.since, past.before)
+        )
         if not len(last):
             continue
         np.testing.assert_array_equal(past.seen, log.seen[last])  # the oldest first
@@ -308,7 +345,9 @@ def test_a_memory_knows_where_things_are_now_and_were_then():
         np.testing.assert_allclose(far(moved(then, past.since), log.truth[k + 1]), 0, atol=1e-9)
         away = past.places - then[:, :2]
         np.testing.assert_allclose(np.hypot(*away.T), past.seen[:, 0])
-        np.testing.assert_allclose(wrap(np.arctan2(*away.T[::-1]) - then[:, 2] - past.seen[:, 1]), 0, atol=1e-9)
+        np.testing.assert_allclose(
+            wrap(np.arctan2(*away.T[::-1]) - then[:, 2] - past.seen[:, 1]), 0, atol=1e-9
+        )
 
 
 def test_a_memory_says_how_good_each_sighting_was():
@@ -360,6 +399,7 @@ class Walker:
     """A finder that goes by odometry and is as sure as it is told."""
 
     size, quality = 0.1, 1.0
+    map = {lm.id: lm.p for lm in FIELD.map}
 
     def __init__(self):
         self.reset()
@@ -427,7 +467,10 @@ def test_the_quick_one_gives_up_when_lost_says_so():
         return len(d2) >= 4 and (d2 > 10).all()
 
     kf = Hybrid(finder, Quick, lost, frames=1, memory=4)
-    assert steps(kf, [sight(1), sight(1, 20), sight(20), [], sight(20, 20), sight(1)]) == ["follow"] * 4 + ["find", "follow"]
+    assert steps(kf, [sight(1), sight(1, 20), sight(20), [], sight(20, 20), sight(1)]) == ["follow"] * 4 + [
+        "find",
+        "follow",
+    ]
     assert [d2.tolist() for d2 in told] == [[1, 20], [1, 20, 20], [1, 20, 20], [20, 20, 20, 20]]
     assert finder.resets == 1 and isinstance(told[0], np.ndarray)
     steps(kf, [sight(3)])
@@ -444,7 +487,9 @@ def test_in_the_background_the_finder_walks_every_nth_step_but_all_of_the_way(ba
     for _ in images:
         pose = moved(pose, u)
     assert far(finder.xk_k, pose) < 1e-9 and far(kf.xk_k, pose) < 1e-9 and finder.resets == 0
-    assert [y[0].p[0] for y in finder.images] == [y[0].p[0] for k, y in enumerate(images, 1) if k == 1 or k % background == 0]
+    assert [y[0].p[0] for y in finder.images] == [
+        y[0].p[0] for k, y in enumerate(images, 1) if k == 1 or k % background == 0
+    ]
     assert steps(kf, [sight(1)] * 2, u) == ["follow"] * 2
 
 
@@ -471,7 +516,7 @@ def test_what_a_hybrid_cannot_be_is_named(options, message):
         (lambda: FuzzyGrid(cell=3), "cell must be"),
         (lambda: FuzzyGrid(cell=np.nan), "cell must be"),
         (lambda: FuzzyGrid("none"), "noise must be"),
-        (lambda: ParticleFilter(9), "n must be a number of particles"),
+        (lambda: ParticleFilter(9), "n must be a whole number"),
         (lambda: ParticleFilter(99.5), "n must be"),
         (lambda: ParticleFilter(np.nan), "n must be"),
         (lambda: ParticleFilter(100, "none"), "noise must be"),
@@ -670,7 +715,9 @@ def carried():
 
     names = ["EKF alone", "MCL + EKF", "grid + EKF", "grid (backgr.) + EKF", "memory + EKF"]
     logs = [recorded("real", seed, 300, 150) for seed in range(RUNS)]
-    return {r.name: r for r in race({"paper's rule": paper, **{name: CONTESTANTS[name] for name in names}}, logs)}
+    return {
+        r.name: r for r in race({"paper's rule": paper, **{name: CONTESTANTS[name] for name in names}}, logs)
+    }
 
 
 @cache
@@ -760,7 +807,7 @@ def test_a_localizer_that_never_sees_anything_is_never_sure(contestant):
         assert spread.min() > 4
 
 
-@pytest.mark.parametrize("contestant", [name for name in CONTESTANTS if "EKF" in name])
+@pytest.mark.parametrize("contestant", [name for name in CONTESTANTS if "EKF" in name and name != "EKF, no gate"])
 @pytest.mark.parametrize("case", ["standing", "exact"])
 def test_an_easy_walk_is_easy(contestant, case):
     off = run(contestant, case).x - hard(case).truth
@@ -800,7 +847,11 @@ def test_a_race_runs_everyone_over_everything():
         ({}, [recorded()], "contestants is empty"),
         ({"a": still}, [recorded(steps=20), recorded(steps=21)], "logs of one length"),
         ({"a": still}, [recorded(steps=20), recorded(steps=20, kidnap=5)], "kidnapping at the same step"),
-        ({"a": still}, [recorded(steps=20, kidnap=6), recorded(steps=20, kidnap=5)], "kidnapping at the same step"),
+        (
+            {"a": still},
+            [recorded(steps=20, kidnap=6), recorded(steps=20, kidnap=5)],
+            "kidnapping at the same step",
+        ),
     ],
 )
 def test_what_no_race_can_be_is_named(contestants, logs, message):
@@ -810,7 +861,10 @@ def test_what_no_race_can_be_is_named(contestants, logs, message):
 
 def test_a_contestant_that_breaks_is_told_where():
     with pytest.raises(FilterError, match="stopped in step 1 of 20"):
-        race({"a": lambda log: type("KF", (Triangulation,), {"update": lambda self, y: 1 / 0})()}, [recorded(steps=20)])
+        race(
+            {"a": lambda log: type("KF", (Triangulation,), {"update": lambda self, y: 1 / 0})()},
+            [recorded(steps=20)],
+        )
 
 
 def test_found_means_near_and_staying_so():
@@ -820,7 +874,10 @@ def test_found_means_near_and_staying_so():
     assert steps_until_found(near[:10]) == 1
     assert steps_until_found(np.concatenate([far_off, near])) == 21
     assert steps_until_found(np.concatenate([near[:9], far_off[:1], near])) == 11  # nine are not enough
-    assert np.isnan(steps_until_found(np.full(20, 0.3))) and steps_until_found(np.full(20, 0.3), within=0.31) == 1
+    assert (
+        np.isnan(steps_until_found(np.full(20, 0.3)))
+        and steps_until_found(np.full(20, 0.3), within=0.31) == 1
+    )
     assert steps_until_found(far_off * [*[1] * 15, *[0.1] * 5], hold=5) == 16
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..world import Landmark, Map
+from .inputs import is_number
 
 GOALS = ("yellow goal", "blue goal")
 BEACONS = ("pink-yellow", "yellow-pink", "pink-blue", "blue-pink")
@@ -34,12 +35,13 @@ class Field:
     def __post_init__(self):
         for name in ("length", "width", "goal", "beacon_x", "beacon_y", "beacon", "margin"):
             value = getattr(self, name)
-            if not (np.isscalar(value) and np.isfinite(value) and value > 0):
+            if not (is_number(value) and value > 0):
                 raise ValueError(f"{name} must be a positive number of metres, but it is {value!r}")
         if self.goal > self.width:
             raise ValueError(f"goal ({self.goal} m) cannot be wider than the field's width ({self.width} m)")
-        if self.beacon_x > self.length / 2 + self.margin:
-            raise ValueError(f"beacon_x ({self.beacon_x} m) is beyond the field's end ({self.length / 2} m)")
+        for name, end in (("beacon_x", self.length / 2 + self.margin), ("beacon_y", self.width / 2 + self.margin)):
+            if getattr(self, name) > end:
+                raise ValueError(f"{name} ({getattr(self, name)} m) is beyond the carpet's end ({end:g} m)")
 
     @property
     def map(self):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .field import FIELD
-from .inputs import as_motion, known
+from .inputs import as_motion, is_number, known
 from .noise import as_noise
 from .restart import moved
 from .trapezoid import Trapezoids, fused, near
@@ -29,7 +29,7 @@ class FuzzyGrid:
 
     def __init__(self, noise="real", field=FIELD, cell=0.1):
         self.noise, self.field = as_noise(noise), field
-        if not (np.isscalar(cell) and np.isfinite(cell) and 0.02 <= cell <= field.half.min()):
+        if not (is_number(cell) and 0.02 <= cell <= field.half.min()):
             raise ValueError(f"cell must be from 0.02 to {field.half.min():g} m, but it is {cell!r}")
         self.cell, self.map = float(cell), {lm.id: lm.p for lm in field.map}
         self.x, self.y = (np.arange(-half + cell / 2, half, cell) for half in field.half)
@@ -61,9 +61,7 @@ class FuzzyGrid:
             self._walk = np.zeros(2)
         self.xk_k = moved(self.xk_k, u)  # as the cells will, once a whole cell has come together
         # Until the next sighting the cells do not tell how far odometry has led astray; this does.
-        noise, spread = self.noise, self.Pk_k[2, 2]
-        astray = (noise.odometry * far + noise.slip) ** 2 + far**2 * min(spread, 1.0)
-        self.Pk_k = self.Pk_k + np.diag([astray, astray, (noise.odometry * abs(turn) + noise.spin) ** 2])
+        self.Pk_k = self.Pk_k + self.noise.astray(u, self.Pk_k[2, 2])
 
     def update(self, y):
         """Fuse the sightings of one image, a list, maybe empty."""
@@ -126,7 +124,7 @@ class FuzzyGrid:
             new[to] = getattr(self, name)[inside][order]
             setattr(self, name, new.reshape(ny, nx))
 
-    def _locate(self, best=0.0):
+    def _locate(self, best=None):
         """Estimate, covariance, size, and quality from the cells that are possible enough."""
         row, column = np.nonzero(self.h > ALPHA * self.h.max())
         w, theta = self.h[row, column], self.theta[row, column]
@@ -140,8 +138,11 @@ class FuzzyGrid:
         ahead = np.array([np.cos(heading), np.sin(heading)])
         across = np.array([-ahead[1], ahead[0]])
         mean[:2] += ahead * self._walk[0] + across * self._walk[1]
-        self.xk_k, self.Pk_k = mean, P
         box = np.array([np.ptp(x), np.ptp(y)]) + self.cell
         self.size = float(box.max())
-        share = best * (1 - min(box.prod() / self.field.area, 1.0))
-        self.quality = STEADY * self.quality + (1 - STEADY) * share
+        if best is not None:
+            share = best * (1 - min(box.prod() / self.field.area, 1.0))
+            self.quality = STEADY * self.quality + (1 - STEADY) * share
+            doubt = max(0.0, 0.6 - self.quality)  # cells that hardly fit what is seen are a guess, however few
+            P[[0, 1], [0, 1]] += (doubt * self.field.half) ** 2
+        self.xk_k, self.Pk_k = mean, P

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .inputs import as_count, as_motion, is_number, known
+
 
 class Hybrid:
     """A localizer that switches: `predict(u)`, `update(y)`, `xk_k` (3,), `Pk_k` (3, 3), `mode`.
@@ -17,9 +19,11 @@ class Hybrid:
     """
 
     def __init__(self, finder, follow, lost, background=0, quality=0.6, size=1.0, frames=3, memory=8):
-        for name, value in (("background", background), ("frames", frames), ("memory", memory)):
-            if value != int(value) or value < (0 if name == "background" else 1):
-                raise ValueError(f"{name} must be a whole number, {0 if name == 'background' else 1} or more, but it is {value!r}")
+        for name, value in (("frames", frames), ("memory", memory)):
+            as_count(value, name)
+        as_count(background, "background", 0)
+        if not (is_number(quality) and is_number(size)):
+            raise ValueError(f"quality and size must be numbers, but they are {quality!r} and {size!r}")
         self.finder, self.follow, self.lost = finder, follow, lost
         self.background, self.quality, self.size, self.frames, self.memory = background, quality, size, frames, memory
         self.quick, self.good, self.d2 = None, 0, []
@@ -38,6 +42,7 @@ class Hybrid:
         return (self.quick or self.finder).Pk_k
 
     def predict(self, u):
+        u = np.asarray(as_motion(u))
         self._step += 1
         if self.quick is None:
             self.finder.predict(u)
@@ -53,6 +58,7 @@ class Hybrid:
             self.finder.update(y)
             self._is_found(y)
             return
+        known(y, self.finder.map)
         self.quick.update(y)
         self.d2 = (self.d2 + list(self.quick.d2))[-self.memory :]
         if self.background and self._step % self.background == 0:

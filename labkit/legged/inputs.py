@@ -3,6 +3,21 @@
 import math
 
 
+def is_number(value):
+    """Whether value is one finite number."""
+    try:
+        return math.isfinite(value) and not isinstance(value, str)
+    except TypeError:
+        return False
+
+
+def as_count(value, name, least=1):
+    """value as an int, if it is a whole number of at least `least`; raises ValueError that names the argument."""
+    if not is_number(value) or value != int(value) or value < least:
+        raise ValueError(f"{name} must be a whole number, {least} or more, but it is {value!r}")
+    return int(value)
+
+
 def as_motion(u):
     """u, if it is three finite numbers [m, m, rad]; raises ValueError."""
     if len(u) != 3 or not all(map(math.isfinite, u)):

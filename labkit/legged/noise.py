@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from .field import is_goal
+from .inputs import is_number
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,12 @@ class Noise:
 
     def __post_init__(self):
         for name, value in asdict(self).items():
+            if name == "uniform":
+                if not isinstance(value, bool | np.bool_):
+                    raise ValueError(f"uniform must be True or False, but it is {value!r}")
+                continue
             probability = name in ("occlusion", "false_positives")
-            if not (np.isscalar(value) and np.isfinite(value) and 0 <= value <= (1 if probability else 10)):
+            if not (is_number(value) and 0 <= value <= (1 if probability else 10)):
                 what = "a probability from 0 to 1" if probability else "a number from 0 to 10"
                 raise ValueError(f"{name} must be {what}, but it is {value!r}")
 
@@ -64,6 +69,12 @@ class Noise:
             odometry_bias=0.0, range_bias=0.0, occlusion=0.0, false_positives=0.0,
         )  # fmt: skip
 
+    def astray(self, u, heading):
+        """(3, 3) covariance that odometry u (3,) adds to a pose whose heading has the variance `heading` [rad^2]."""
+        far, turn = np.hypot(u[0], u[1]), abs(u[2])
+        xy = (self.odometry * far + self.slip) ** 2 + far**2 * min(heading, 1.0)
+        return np.diag([xy, xy, (self.odometry * turn + self.spin) ** 2])
+
     def of_range(self, landmark):
         """Standard deviation of a range to this landmark, as a fraction of the range."""
         return self.range_goal if is_goal(landmark) else self.range_beacon
@@ -80,6 +91,6 @@ def as_noise(value):
     """A Noise, or the one that a preset's name stands for."""
     if isinstance(value, Noise):
         return value
-    if value not in PRESETS:
+    if not isinstance(value, str) or value not in PRESETS:
         raise ValueError(f"noise must be a Noise or one of {', '.join(PRESETS)}, but it is {value!r}")
     return PRESETS[value]

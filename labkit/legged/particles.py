@@ -4,7 +4,7 @@ import numpy as np
 
 from ..geometry import wrap
 from .field import FIELD
-from .inputs import as_motion, known
+from .inputs import as_count, as_motion, known
 from .noise import as_noise
 from .restart import moved, ring
 
@@ -26,11 +26,9 @@ class ParticleFilter:
     """
 
     def __init__(self, n=500, noise="real", field=FIELD, rng=None):
-        if n != int(n) or n < 10:
-            raise ValueError(f"n must be a number of particles, 10 or more, but it is {n!r}")
         self.noise, self.field, self.rng = as_noise(noise), field, np.random.default_rng(rng)
         self.map = {lm.id: lm.p for lm in field.map}
-        self.n = int(n)
+        self.n = as_count(n, "n", 10)
         self.reset()
 
     def reset(self):
@@ -56,6 +54,7 @@ class ParticleFilter:
         sigma = np.maximum(sigma, [0.004, 0.004, 0.01])
         self.particles = moved(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
         self.xk_k = moved(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
+        self.Pk_k = self.Pk_k + noise.astray(u, self.Pk_k[2, 2])
 
     def update(self, y):
         if not known(y, self.map):

@@ -224,17 +224,18 @@ def plot_race(axes, results):
         axes[0].axvline(0.1 * kidnapped, color=GREY, ls="-.", lw=1)
     axes[0].set(yscale="log", xlabel="time [s]", ylabel="median position error [m]")
     axes[1].set(xlim=(0, 6), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]")
+    low, high = np.min([spot for spot, _ in spots], axis=0), np.max([spot for spot, _ in spots], axis=0)
     axes[2].set(xscale="log", yscale="log", xlabel="computing time per step [ms]", ylabel="mean tracking error [cm]",
-                xlim=(0.02, 1.5), ylim=(3, 100))  # fmt: skip
-    for axis, ticks in ((axes[2].xaxis, (0.03, 0.1, 0.3, 1)), (axes[2].yaxis, (3, 10, 30, 100))):
-        axis.set_major_locator(FixedLocator(ticks))
+                xlim=(low[0] / 1.6, high[0] * 2), ylim=(min(low[1] / 1.3, 3), max(high[1] * 1.3, 30)))  # fmt: skip
+    for axis in (axes[2].xaxis, axes[2].yaxis):
+        axis.set_major_locator(FixedLocator([d * 10.0**e for e in range(-3, 4) for d in (1, 3)]))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
     # Names beside the dots, from the most accurate up; each at least a line above the one before.
-    height = -np.inf
+    height, step = -np.inf, np.log10(np.divide(*axes[2].get_ylim()[::-1])) / 22
     for (x, y), name in sorted(spots, key=lambda one: one[0][1]):
-        height = max(np.log10(y), height + 0.065)
-        axes[2].annotate(name, (x, y), (1.6, 10**height), fontsize=7.5, ha="left", va="center", annotation_clip=False,
+        height = max(np.log10(y), height + step)
+        axes[2].annotate(name, (x, y), (high[0] * 2.15, 10**height), fontsize=7.5, ha="left", va="center", annotation_clip=False,
                          arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3})  # fmt: skip
     axes[0].figure.legend(loc="outside lower center", ncols=min(4, len(results)), fontsize=9, frameon=False)
 

@@ -48,6 +48,8 @@ class Result:
 
 def steps_until_found(distance, within=0.3, hold=10):
     """Steps until the error (N,) [m] stays below `within` for `hold` steps; NaN if it never does."""
+    if len(distance) < hold:
+        return np.nan
     good = np.convolve(distance < within, np.ones(hold, dtype=int), mode="valid") == hold
     return float(good.argmax() + 1) if good.any() else np.nan
 
@@ -91,10 +93,11 @@ def table(results):
     ]
     for r, relative in zip(results, cost / cost[0]):
         d = 100 * r.tracking
-        start = "      (is told it)   " if r.sure[:, 0].all() else _times(r.found())
-        kidnap = _times(r.recovered()) if r.kidnapped is not None else " " * 21
+        near = f"{d.mean():6.1f} {np.percentile(d, 95, axis=1).mean():6.1f}" if d.size else "     -      -"
+        start = "      (is told it)    " if r.sure[:, 0].all() else _times(r.found())
+        kidnap = _times(r.recovered()) if r.kidnapped is not None else " " * 22
         lines.append(
-            f"{r.name:21s} {d.mean():6.1f} {np.percentile(d, 95, axis=1).mean():6.1f}    {start}   {kidnap}"
+            f"{r.name:21s} {near}    {start}   {kidnap}"
             f"   {1e3 * r.seconds:5.3f} {relative:7.1f}"
         )
     lines.append("95 %: not exceeded in 95 % of the steps, or of the runs. Found: within 30 cm for a second, and sure of it.")

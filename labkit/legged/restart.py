@@ -7,7 +7,7 @@ import numpy as np
 from ..feedback import FilterError, explain
 from ..geometry import as_covariance, wrap
 from .field import FIELD
-from .inputs import as_motion, known
+from .inputs import as_count, as_motion, known
 from .noise import as_noise
 
 
@@ -62,7 +62,7 @@ class Memory:
     """
 
     def __init__(self, restart, noise="real", field=FIELD, most=10):
-        self.restart, self.noise, self.most = restart, as_noise(noise), most
+        self.restart, self.noise, self.most = restart, as_noise(noise), as_count(most, "most")
         self.map = {lm.id: lm.p for lm in field.map}
         self._wide = np.diag([*field.half**2, np.pi**2]) / 3
         self.reset()
@@ -73,8 +73,6 @@ class Memory:
     def predict(self, u):
         self._now = moved(self._now, as_motion(u))  # in the frame of where the memory begins
         self._fresh = False
-        if self._answer is not None:
-            self._answer = moved(self._answer[0], u), self._answer[1]
 
     def update(self, y):
         self._seen += [(sighting, self._now) for sighting in known(y, self.map)]

@@ -8,6 +8,7 @@ from ..geometry import wrap
 from ..log import Log
 from ..world import Landmark
 from .field import FIELD, is_goal
+from .inputs import as_count
 from .noise import Noise, as_noise
 
 DT = 0.1  # [s] one step: one camera image in three, and the pace of the paper's motion commands
@@ -53,9 +54,17 @@ class FieldLog(Log):
         super().__post_init__()
         if self.complete is None or len(self.complete) != len(self.seen):
             raise ValueError("complete must say of each of the sightings whether it was wholly in view")
+        if self.pan is not None and len(self.pan) != len(self):
+            raise ValueError(f"pan must have an angle for each of the {len(self)} steps, but it has {len(self.pan)}")
+        for value in (self.complete, self.pan):
+            if value is not None:
+                value.setflags(write=False)
         strange = set(self.seen_id.tolist()) - set(self.map.ids)
         if strange:
             raise ValueError(f"seen_id names a landmark that is not in the map: {min(strange)!r}")
+
+    def seen_by(self, *args, **options):
+        raise ValueError("a walk on the field cannot be seen by another sensor: record one of a robot with other noise")
 
     def measurements(self):
         """N lists of Sighting, fresh at each call."""
@@ -91,13 +100,12 @@ class LeggedRobot:
         kidnap: the step, or steps, at whose beginning the robot is carried to another place, at least 1.5 m
         away, or to the pose `to` (3,).  Its odometry does not notice.
         """
-        kidnap = np.atleast_1d(np.asarray(kidnap, dtype=int))
-        if steps != int(steps) or steps < 1:
-            raise ValueError(f"steps must be a whole number, 1 or more, but it is {steps!r}")
+        kidnap = np.array([as_count(k, "kidnap", 0) for k in np.atleast_1d(np.asarray(kidnap, dtype=float)).tolist()], dtype=int)
+        steps = as_count(steps, "steps")
         if len(kidnap) and not (0 <= kidnap.min() and kidnap.max() < steps):
             raise ValueError(f"kidnap must name steps from 0 to {steps - 1}, but it is {kidnap.tolist()}")
         to = None if to is None else _as_pose(to, self.field)
-        truth, moves = self._walk(int(steps), set(kidnap.tolist()), to)
+        truth, moves = self._walk(steps, set(kidnap.tolist()), to)
         times = DT * np.arange(steps + 1)
         pan = PAN * _triangle(times[1:] / SWEEP)
         return FieldLog(
@@ -132,9 +140,10 @@ class LeggedRobot:
         return np.array(truth), np.array(moves)
 
     def _elsewhere(self, pose):
+        size = 2 * (self.field.half - self.field.margin)
         while True:
             other = self._anywhere()
-            if np.hypot(*(other - pose)[:2]) >= min(1.5, self.field.half.min()):
+            if np.hypot(*(other - pose)[:2]) >= min(1.5, np.hypot(*size) / 3):  # a small field has no place so far away
                 return other
 
     def _odometry(self, moves):
@@ -164,7 +173,7 @@ class LeggedRobot:
         error = self._draw((*distance.shape, 2))
         fraction = np.array([noise.of_range(lm) for lm in landmarks])
         scale = 1 + noise.range_bias * self.rng.choice([-1, 1])
-        distance = distance * (scale + fraction * error[..., 0]) + noise.range_floor * self._draw(distance.shape)
+        distance = distance * scale + (fraction * distance + noise.range_floor) * error[..., 0]
         bearing = bearing + np.where(complete, noise.bearing, noise.bearing_partial) * error[..., 1]
 
         ghost = self.rng.random(len(poses)) < noise.false_positives
@@ -186,7 +195,10 @@ def _triangle(phase):
 
 
 def _as_pose(value, field):
-    pose = np.array(value, dtype=float).reshape(-1)
+    try:
+        pose = np.array(value, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        pose = np.empty(0)
     if pose.shape != (3,) or not np.isfinite(pose).all():
         raise ValueError(f"a pose must be three finite numbers (x, y, heading), but it is {value!r}")
     if (abs(pose[:2]) > field.half).any():

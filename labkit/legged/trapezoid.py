@@ -25,9 +25,10 @@ def fused(one, two):
     """Outer trapezoids of the products of two families of trapezoids: (theta, c, s, h).
 
     Where the cores overlap, their intersection is the new core. Where only the supports do, the new core is
-    the point between the cores where the product is largest. Where nothing does, the two contradict each
+    that point of their overlap where the product is largest. Where nothing does, the two contradict each
     other: the higher one stays, at the height that the other's bias leaves it.
     """
+    one, two = _all_round(one), _all_round(two)
     apart = near(two.theta - one.theta)
     side, D = np.sign(apart), abs(apart)  # positions p count from one.theta toward two.theta
     low, high = np.maximum(-one.c, D - two.c), np.minimum(one.c, D + two.c)
@@ -50,7 +51,15 @@ def fused(one, two):
     c = np.where(alien, np.where(keep, one.c, two.c), c)
     s = np.where(alien, np.where(keep, one.s, two.s), s)
     h = np.where(alien, np.maximum(one.h * two.b, two.h * one.b), h)
-    return near(one.theta + side * p), c, np.clip(s, c, np.pi), h
+    return near(one.theta + side * p), np.minimum(c, np.pi), np.clip(s, np.minimum(c, np.pi), np.pi), h
+
+
+def _all_round(t):
+    """A core that is the whole circle has no ends, which at half a turn from theta could cut the other one."""
+    whole = t.c >= np.pi
+    if not np.any(whole):
+        return t
+    return Trapezoids(t.theta, np.where(whole, 2 * np.pi, t.c), np.where(whole, 2 * np.pi, t.s), t.h, t.b)
 
 
 def near(angle):

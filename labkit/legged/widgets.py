@@ -154,19 +154,21 @@ def play(localizers, log, interval=100, most=150):
     except FilterError as error:
         screen.apologize(str(error))
         return Kept([screen.text], text=str(error))
-    canvas = Canvas(3.1 * len(localizers) + 0.2, 3.0, columns=len(localizers))
+    alone = len(localizers) == 1
+    canvas = Canvas(4.8 if alone else 3.05 * len(localizers) + 0.2, 4.4 if alone else 3.0, columns=len(localizers))
     panels = [BeliefPanel(ax, log.field, name) for ax, name in zip(canvas.axes, localizers)]
-    canvas.figure.legend(handles=panels[0].legend, loc="outside lower center", ncols=5 if len(localizers) > 1 else 3, fontsize=8, frameon=False)
+    canvas.figure.legend(handles=panels[0].legend, loc="outside lower center", ncols=3 if alone else 5, fontsize=8, frameon=False)
     for ax in canvas.axes[1:]:
         ax.set(ylabel="", yticklabels=[])
     canvas.move(*panels)
+    stride = int(steps[1]) if len(steps) > 1 else 1
     for k in steps:
         far = []
         for panel, (name, seen) in zip(panels, beliefs.items()):
             panel.show(seen[k], log, k)
             far.append(f"{name} {100 * np.hypot(*(seen[k]['x'] - log.truth[k])[:2]):.0f} cm")
         frames.append(canvas.jpeg())
-        texts.append(f"{log.times[k]:.1f} s · error: {', '.join(far)}" + (" · just kidnapped" if k - 1 in log.kidnapped else ""))
+        texts.append(f"{log.times[k]:.1f} s · error: {', '.join(far)}" + (" · just kidnapped" if any(k - stride <= s < k for s in log.kidnapped) else ""))
     last = canvas.png()
 
     def show(i):
