@@ -175,7 +175,8 @@ for _ in range(1000):
     r = np.hypot(dx, dy)
     exact = np.array([[-dx / r, -dy / r, 0], [dy / r**2, -dx / r**2, -1]])
     largest = max(largest, abs(jacobian(x, landmark) - exact).max())
-print("numeric and exact Jacobian agree to 1e-4:", bool(largest < 1e-4), "(if not: look at wrap)")
+agree = bool(largest < 1e-4)
+print("numeric and exact Jacobian agree to 1e-4:", agree, "" if agree else "(look at wrap)")
 
 # %% [markdown]
 # ### What is a sighting worth?
