@@ -27,10 +27,10 @@ def main():
     for preset in told.presets:
         chosen = {name: CONTESTANTS[name] for name in names}
         quiet = race(chosen, [LeggedRobot(preset, rng=seed).record(360) for seed in range(told.runs)])
-        carried = race(chosen, [LeggedRobot(preset, rng=1000 + seed).record(340, kidnap=180) for seed in range(told.runs)])
+        carried = race(chosen, [LeggedRobot(preset, rng=1000 + seed).record(310, kidnap=150) for seed in range(told.runs)])
         print(f"\nPreset {preset}: {told.runs} walks of 36 s without a kidnapping (tracking from 10 s on, cost of a step)")
         print(table(quiet))
-        print(f"{told.runs} walks with a kidnapping at 18 s, 16 s left")
+        print(f"{told.runs} walks with a kidnapping at 15 s, 16 s left")
         print(table(carried))
         by_name = {r.name: 100 * r.tracking.mean() for r in quiet}
         hybrid = by_name["grid (backgr.) + EKF"]
