@@ -21,6 +21,20 @@ def rotation(angle):
     return np.array([[c, -s], [s, c]])
 
 
+def moved(poses, u):
+    """Poses (..., 3) after the motions u (..., 3) [m, m, rad], each in its robot's own frame."""
+    c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
+    dx, dy, turn = np.moveaxis(np.asarray(u, dtype=float), -1, 0)
+    x, y = poses[..., 0] + c * dx - s * dy, poses[..., 1] + s * dx + c * dy
+    return np.stack([x, y, wrap(poses[..., 2] + turn)], axis=-1)
+
+
+def backward(u):
+    """The motions (..., 3) that undo u (..., 3)."""
+    c, s = np.cos(u[..., 2]), np.sin(u[..., 2])
+    return np.stack([-c * u[..., 0] - s * u[..., 1], s * u[..., 0] - c * u[..., 1], -u[..., 2]], axis=-1)
+
+
 def ellipse(mean, cov, sigmas=3.0, points=60):
     """Outline (..., points, 2) [m] of the ellipse (x - mean)' cov^-1 (x - mean) = sigmas^2.
 

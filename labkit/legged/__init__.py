@@ -6,13 +6,14 @@ de Kalman para robots con patas" (called "the paper" here), and the works that i
 
 from importlib import import_module
 
+from ..geometry import moved
 from .field import FIELD, Field
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
 from .noise import HARSH, PAPER, PRESETS, REAL, Noise
 from .particles import ParticleFilter
 from .race import race, table
-from .restart import Memory, Remembered, moved, ring
+from .restart import Memory, Remembered, ring
 from .robot import FieldLog, LeggedRobot, Sighting
 from .triangulation import Triangulation
 

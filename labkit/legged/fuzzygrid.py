@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from ..geometry import moved
 from .field import FIELD
 from .inputs import as_motion, is_number, known
 from .noise import as_noise
-from .restart import moved
 from .trapezoid import Trapezoids, fused, near
 
 FLOOR = 0.01  # no cell is ever ruled out: what is now impossible may be true after a kidnapping

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import moved, wrap
 from .field import FIELD
 from .inputs import as_count, as_motion, known
 from .noise import as_noise
-from .restart import moved, ring
+from .restart import ring
 
 OUTLIER = 0.05  # how far a sighting may be from all sense: likelihood that is always left
 SLOW, FAST = 0.05, 0.5  # rates of the two averages of the likelihood that the filter compares

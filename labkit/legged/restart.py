@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..feedback import FilterError, explain
-from ..geometry import as_covariance, wrap
+from ..geometry import as_covariance, backward, moved, wrap
 from .field import FIELD
 from .inputs import as_count, as_motion, known
 from .noise import as_noise
@@ -19,20 +19,6 @@ def ring(place, r, bearing, directions):
     x = place[0] + r * np.cos(directions)
     y = place[1] + r * np.sin(directions)
     return np.stack([x, y, wrap(directions + np.pi - bearing)], axis=-1)
-
-
-def moved(poses, u):
-    """Poses (..., 3) after the motions u (..., 3) [m, m, rad], each in its robot's own frame."""
-    c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    dx, dy, turn = np.moveaxis(np.asarray(u, dtype=float), -1, 0)
-    x, y = poses[..., 0] + c * dx - s * dy, poses[..., 1] + s * dx + c * dy
-    return np.stack([x, y, wrap(poses[..., 2] + turn)], axis=-1)
-
-
-def backward(u):
-    """The motions (..., 3) that undo u (..., 3)."""
-    c, s = np.cos(u[..., 2]), np.sin(u[..., 2])
-    return np.stack([-c * u[..., 0] - s * u[..., 1], s * u[..., 0] - c * u[..., 1], -u[..., 2]], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ..geometry import moved
 from .field import FIELD
 from .inputs import as_motion, known
-from .restart import moved
 
 OLD = 20  # steps after which a sighting is forgotten
 
