@@ -170,7 +170,15 @@ def _sights(stored):
     return sights
 
 
+def _team_noise(stored):
+    from .team.hall import TeamNoise
+
+    return TeamNoise(**stored)
+
+
 _DECODE = {
+    "team_noise": _team_noise,
+    "readings": lambda stored: tuple((i, j, _frozen(z)) for i, j, *z in stored),
     "noise": _noise,
     "sights": _sights,
     "landmark": _landmark,

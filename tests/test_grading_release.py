@@ -69,7 +69,7 @@ def test_the_files_are_those_that_students_need(kit):
         for name in re.findall(r'^check\("([\w-]+)"', cell.source)
     }  # fmt: skip
     modules = {path.name for path in (ROOT / "labkit").glob("*.py")} - MAINTAINERS
-    modules |= {f"legged/{path.name}" for path in (ROOT / "labkit/legged").glob("*.py")}
+    modules |= {f"{part}/{path.name}" for part in ("legged", "team") for path in (ROOT / "labkit" / part).glob("*.py")}
     assert len(named) >= 3 * len(LABS)
     assert set(files(kit)) == {
         "LICENSE", "README.md", "docs/pictures/lab1-explore.png", "docs/students.md", "environment.yml",

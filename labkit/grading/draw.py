@@ -28,7 +28,9 @@ def _other(stored, rng):
         ((kind, content),) = stored.items()
         if kind == "ints":
             return {kind: rng.permutation(content).tolist()}
-        if kind == "noise":
+        if kind == "readings":
+            return {kind: [_other(reading, rng) for reading in content]}
+        if kind in ("noise", "team_noise"):
             return {kind: {name: _other(value, rng) for name, value in content.items()}}
         if kind == "sights":
             return {kind: [[*_landmark(sight[:-1], rng), sight[-1]] for sight in content]}

@@ -30,6 +30,8 @@ MODULES = """
     mrclam mrclam_example mrclam_format notebook plots robot subjects widgets worker world
     legged/__init__ legged/field legged/fuzzygrid legged/hybrid legged/inputs legged/noise legged/particles legged/plots
     legged/race legged/restart legged/robot legged/trapezoid legged/triangulation legged/widgets
+    team/__init__ team/bound team/formation team/frame team/hall team/log team/pairs team/particles team/plots
+    team/scenarios team/start team/widgets
 """.split()
 MAINTAINERS = "build checkspec make_checks".split()  # of these students need none
 README = "labkit/grading/student_readme.md"
@@ -91,7 +93,7 @@ def collect(root):
     """{path: (its bytes, its mode)} of all that students get. Raises Problem and OSError."""
     labs = [script.stem for script in _scripts(root)]
     source = root / "labkit"
-    modules = [*source.glob("*.py"), *source.glob("legged/*.py")]
+    modules = [*source.glob("*.py"), *source.glob("legged/*.py"), *source.glob("team/*.py")]
     if unknown := {path.relative_to(source).with_suffix("").as_posix() for path in modules} - {*MODULES, *MAINTAINERS}:
         raise Problem(
             f"labkit/{min(unknown)}.py is new: in labkit/grading/release.py, add it to MODULES if students"

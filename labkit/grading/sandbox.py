@@ -146,10 +146,10 @@ def make_runtime(folder):
     """Copy what a worker imports of this package into `folder`; returns its path."""
     kit = Path(__file__).resolve().parent.parent
     target = Path(folder) / "labkit"
-    folders = [target, target / "grading", target / "legged"]
+    folders = [target, target / "grading", target / "legged", target / "team"]
     for path in folders:
         path.mkdir(parents=True, exist_ok=True)
-    for path in [*kit.glob("*.py"), *kit.glob("legged/*.py")]:
+    for path in [*kit.glob("*.py"), *kit.glob("legged/*.py"), *kit.glob("team/*.py")]:
         if path.stem not in OUTSIDE:
             shutil.copyfile(path, target / path.relative_to(kit))
     for name in INSIDE:

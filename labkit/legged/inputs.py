@@ -32,5 +32,7 @@ def known(y, places):
             raise ValueError(f"y names a landmark that is not on the field: {sighting.id!r}")
         r, bearing = sighting.p
         if not (r > 0 and math.isfinite(r) and math.isfinite(bearing)):
-            raise ValueError(f"y holds a sighting of {sighting.id} that is no range and bearing: {sighting.p!r}")
+            raise ValueError(
+                f"y holds a sighting of {sighting.id} that is no range and bearing: {sighting.p!r}"
+            )
     return y

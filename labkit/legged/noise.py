@@ -56,7 +56,9 @@ class Noise:
 
     def __repr__(self):
         used = {name: value for name, value in asdict(self).items() if value}
-        return f"Noise({', '.join(f'{k}={v:.3g}' if v is not True else f'{k}=True' for k, v in used.items())})"
+        return (
+            f"Noise({', '.join(f'{k}={v:.3g}' if v is not True else f'{k}=True' for k, v in used.items())})"
+        )
 
     def told(self):
         """What to tell a filter. A bias that nobody knows is noise to it, and must be told as such.

@@ -12,7 +12,16 @@ from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
 from .field import BEACONS, FIELD, GOALS
 
 YELLOW, SKY, PINK = "#F0C808", "#2E86DE", "#E377C2"
-METHODS = [(BLUE, "-"), (VERMILION, "--"), (GREEN, "-."), (ORANGE, ":"), ("#CC79A7", (0, (5, 1))), ("#56B4E9", (0, (1, 1))), (GREY, "-"), ("k", (0, (4, 1, 1, 1)))]
+METHODS = [
+    (BLUE, "-"),
+    (VERMILION, "--"),
+    (GREEN, "-."),
+    (ORANGE, ":"),
+    ("#CC79A7", (0, (5, 1))),
+    ("#56B4E9", (0, (1, 1))),
+    (GREY, "-"),
+    ("k", (0, (4, 1, 1, 1))),
+]
 
 
 def draw_field(ax, field=FIELD, title=""):
@@ -52,10 +61,14 @@ class WalkPanel:
         self.truth.set_data(*_broken(log.truth[:, :2], log.kidnapped).T)
         self.start.set_data(*log.truth[[0, *(k + 1 for k in log.kidnapped)], :2].T)
         self.lifted.set_data(*log.truth[list(log.kidnapped), :2].T)
-        sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0  # an estimate of "anywhere" is just the middle of the field
+        sure = (
+            history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
+        )  # an estimate of "anywhere" is just the middle of the field
         self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
-        known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]  # wider ones would fill the picture
+        known = every[
+            history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0
+        ]  # wider ones would fill the picture
         outline = ellipse(history.x[known, :2], history.P[known, :2, :2], points=40)
         gap = np.full((len(known), 1, 2), np.nan)
         self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
@@ -77,7 +90,14 @@ class DistancePanel:
         (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
         (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
         self.artists = [self.kidnap, self.heading, self.distance]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
+        ax.legend(
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.2),
+            ncols=3,
+            fontsize=8,
+            frameon=False,
+            columnspacing=1.0,
+        )
 
     def show(self, log, history):
         error, (low, high) = metrics.errors(history, log), self.distance.axes.get_ylim()
@@ -92,13 +112,22 @@ class SurprisePanel:
     """d2 of each sighting over time, and the bound above which one counts as a surprise."""
 
     def __init__(self, ax, duration):
-        ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting")
+        ax.set(
+            xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting"
+        )
         ax.set_title("How surprising are the sightings?", fontsize=11)
         (self.dots,) = ax.plot([], [], ".", color=BLUE, ms=3, label="one sighting")
         (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
         (self.find,) = ax.plot([], [], "|", color=VERMILION, ms=9, mew=1.5, label="grid at work")
         self.artists = [self.dots, self.bound, self.find]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
+        ax.legend(
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.2),
+            ncols=3,
+            fontsize=8,
+            frameon=False,
+            columnspacing=1.0,
+        )
 
     def show(self, times, d2, bound, finding):
         low, high = self.dots.axes.get_ylim()
@@ -127,7 +156,16 @@ class BeliefPanel:
         (self.sight,) = ax.plot([], [], ":", color=BLUE, lw=0.9, label="field of view")
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.4, label="3σ ellipse")
         (self.mean,) = ax.plot([], [], "-", color=VERMILION, lw=2.2, label="estimate")
-        self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
+        self.artists = [
+            self.image,
+            self.wedges,
+            self.dots,
+            self.trail,
+            self.sight,
+            self.robot,
+            self.ellipse,
+            self.mean,
+        ]
         self.legend = [self.robot, self.trail, self.sight, self.mean, self.ellipse]
 
     def show(self, belief, log=None, k=0):
@@ -172,7 +210,9 @@ def _wedges(grid, most, size=0.24):
     best = best[(grid.h.flat[best] > 0.3) & (grid.s.flat[best] < 2.5)]
     theta, spread = grid.theta.flat[best], np.minimum(grid.s.flat[best], 1.2) / 2
     base = np.stack([grid.px.flat[best], grid.py.flat[best]], axis=-1)
-    sides = [base + size * np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (theta - spread, theta + spread)]
+    sides = [
+        base + size * np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (theta - spread, theta + spread)
+    ]
     return np.stack([base, *sides], axis=1)
 
 
@@ -188,7 +228,11 @@ def _view(pose, pan, reach=1.2):
     from .robot import FOV
 
     edges = pose[2] + pan + np.array([-FOV / 2, FOV / 2])
-    return pose[:2] + np.array([[np.cos(edges[0]), np.sin(edges[0])], [0, 0], [np.cos(edges[1]), np.sin(edges[1])]]) * reach
+    return (
+        pose[:2]
+        + np.array([[np.cos(edges[0]), np.sin(edges[0])], [0, 0], [np.cos(edges[1]), np.sin(edges[1])]])
+        * reach
+    )
 
 
 def plot_experiment(axes, log, history, bounds=(0.07, np.deg2rad(60))):
@@ -200,7 +244,12 @@ def plot_experiment(axes, log, history, bounds=(0.07, np.deg2rad(60))):
     ]:
         ax.plot(log.times, values, "-", color=BLUE, lw=1.1)
         ax.axhline(bound, color=ORANGE, ls="--", lw=1.3)
-        ax.set(xlim=(0, log.times[-1]), ylim=(0, 1.15 * max(bound, values.max())), xlabel="time [s]", ylabel=label)
+        ax.set(
+            xlim=(0, log.times[-1]),
+            ylim=(0, 1.15 * max(bound, values.max())),
+            xlabel="time [s]",
+            ylabel=label,
+        )
 
 
 def plot_race(axes, results):
@@ -209,13 +258,22 @@ def plot_race(axes, results):
     styles = {r.name: METHODS[i % len(METHODS)] for i, r in enumerate(results)}
     for r in results:
         color, style = styles[r.name]
-        axes[0].plot(0.1 * np.arange(r.distance.shape[1]), np.median(r.distance, axis=0), ls=style, color=color, lw=1.3, label=r.name)
+        axes[0].plot(
+            0.1 * np.arange(r.distance.shape[1]),
+            np.median(r.distance, axis=0),
+            ls=style,
+            color=color,
+            lw=1.3,
+            label=r.name,
+        )
         if r.kidnapped is not None:
             steps = np.sort(np.nan_to_num(r.recovered(), nan=np.inf))
             share = np.arange(1, len(steps) + 1) / len(steps)
             soon = steps <= 60
             x, y = np.append(0, steps[soon]) / 10, np.append(0, share[soon])
-            axes[1].step(np.append(x, 6), 100 * np.append(y, y[-1]), where="post", ls=style, color=color, lw=1.3)
+            axes[1].step(
+                np.append(x, 6), 100 * np.append(y, y[-1]), where="post", ls=style, color=color, lw=1.3
+            )
         spot = 1e3 * r.seconds, 100 * r.tracking.mean()
         axes[2].plot(*spot, "o", color=color, ms=8)
         spots.append((spot, r.name))
@@ -223,7 +281,9 @@ def plot_race(axes, results):
     if kidnapped is not None:
         axes[0].axvline(0.1 * kidnapped, color=GREY, ls="-.", lw=1)
     axes[0].set(yscale="log", xlabel="time [s]", ylabel="median position error [m]")
-    axes[1].set(xlim=(0, 6), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]")
+    axes[1].set(
+        xlim=(0, 6), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]"
+    )
     low, high = np.min([spot for spot, _ in spots], axis=0), np.max([spot for spot, _ in spots], axis=0)
     axes[2].set(xscale="log", yscale="log", xlabel="computing time per step [ms]", ylabel="mean tracking error [cm]",
                 xlim=(low[0] / 1.6, high[0] * 2), ylim=(min(low[1] / 1.3, 3), max(high[1] * 1.3, 30)))  # fmt: skip
@@ -254,7 +314,13 @@ def show_walk(log, history=None, title=""):
         ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start")
         ax.plot(*_broken(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
         for k in range(0, len(log) + 1, 20):
-            ax.plot(*_arrow(log.truth[k], 0.18).T, "-", color=VERMILION, lw=1.2, label="heading, every 2 s" if k == 0 else None)
+            ax.plot(
+                *_arrow(log.truth[k], 0.18).T,
+                "-",
+                color=VERMILION,
+                lw=1.2,
+                label="heading, every 2 s" if k == 0 else None,
+            )
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=9, frameon=False)
     else:
         figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained", width_ratios=[1.3, 1])
@@ -272,7 +338,9 @@ def show_beliefs(localizer, log, steps=(0, 1, 4, 10, 20, 60)):
     import matplotlib.pyplot as plt
 
     rows = -(-len(steps) // 3)
-    figure, axes = plt.subplots(rows, 3, figsize=(11, 2.9 * rows + 0.5), layout="constrained", sharex=True, sharey=True, squeeze=False)
+    figure, axes = plt.subplots(
+        rows, 3, figsize=(11, 2.9 * rows + 0.5), layout="constrained", sharex=True, sharey=True, squeeze=False
+    )
     beliefs = beliefs_along(localizer, log, steps)
     for ax, k in zip(axes.flat, steps):
         panel = BeliefPanel(ax, log.field, f"after {k} steps" if k != 1 else "after 1 step")

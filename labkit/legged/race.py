@@ -62,7 +62,9 @@ def race(contestants, logs, progress=iter):
     """
     logs = list(logs)
     if not logs or not contestants:
-        raise ValueError(f"a race needs at least one of each, but {'logs' if not logs else 'contestants'} is empty")
+        raise ValueError(
+            f"a race needs at least one of each, but {'logs' if not logs else 'contestants'} is empty"
+        )
     lengths, kidnapped = {len(log) for log in logs}, {log.kidnapped for log in logs}
     if len(lengths) != 1 or len(kidnapped) != 1:
         raise ValueError("a race needs logs of one length, with a kidnapping at the same step or without one")
@@ -79,7 +81,14 @@ def race(contestants, logs, progress=iter):
     total = len(logs) * len(logs[0])
     ends = steps[0] if steps else None
     return [
-        Result(name, np.hypot(e[..., 0], e[..., 1]), abs(wrap(e[..., 2])), np.array(sure[name]), seconds[name] / total, ends)
+        Result(
+            name,
+            np.hypot(e[..., 0], e[..., 1]),
+            abs(wrap(e[..., 2])),
+            np.array(sure[name]),
+            seconds[name] / total,
+            ends,
+        )
         for name, e in ((name, np.array(e)) for name, e in errors.items())
     ]
 
@@ -96,11 +105,10 @@ def table(results):
         near = f"{d.mean():6.1f} {np.percentile(d, 95, axis=1).mean():6.1f}" if d.size else "     -      -"
         start = "      (is told it)    " if r.sure[:, 0].all() else _times(r.found())
         kidnap = _times(r.recovered()) if r.kidnapped is not None else " " * 22
-        lines.append(
-            f"{r.name:21s} {near}    {start}   {kidnap}"
-            f"   {1e3 * r.seconds:5.3f} {relative:7.1f}"
-        )
-    lines.append("95 %: not exceeded in 95 % of the steps, or of the runs. Found: within 30 cm for a second, and sure of it.")
+        lines.append(f"{r.name:21s} {near}    {start}   {kidnap}   {1e3 * r.seconds:5.3f} {relative:7.1f}")
+    lines.append(
+        "95 %: not exceeded in 95 % of the steps, or of the runs. Found: within 30 cm for a second, and sure of it."
+    )
     return "\n".join(lines)
 
 

@@ -33,7 +33,9 @@ class Triangulation:
             if age < OLD
         }
         self.xk_k = moved(self.xk_k, u)
-        self.Pk_k = self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2  # without a fit it knows less with every step
+        self.Pk_k = (
+            self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2
+        )  # without a fit it knows less with every step
 
     def update(self, y):
         for sighting in known(y, self.map):

@@ -52,7 +52,9 @@ class Explorer:
         for name in sliders:
             kind = w.FloatSlider if name == "share" else w.FloatLogSlider
             step = 0.05 if name == "share" else 0.02
-            self._sliders[name] = kind(step=step, readout_format=".2f" if name == "share" else ".3g", **SLIDERS[name], **options)
+            self._sliders[name] = kind(
+                step=step, readout_format=".2f" if name == "share" else ".3g", **SLIDERS[name], **options
+            )
         another = w.Button(description="Another walk (new seed)", layout=w.Layout(width="auto"))
         another.on_click(self._next)
         self.note, self.screen = w.HTML(), Screen()
@@ -60,7 +62,15 @@ class Explorer:
         self.panels = [WalkPanel(self.canvas.axes[0]), DistancePanel(self.canvas.axes[1], STEPS / 10),
                        SurprisePanel(self.canvas.axes[2], STEPS / 10)]  # fmt: skip
         self.canvas.move(*self.panels)
-        self.box = Kept([self._preset, *self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text])
+        self.box = Kept(
+            [
+                self._preset,
+                *self._sliders.values(),
+                w.HBox([another, self.note]),
+                self.screen.image,
+                self.screen.text,
+            ]
+        )
         self._record()
         self._preset.observe(lambda _: (self._record(), self._refresh()), "value")
         for slider in self._sliders.values():
@@ -96,7 +106,12 @@ class Explorer:
         noise, log = self.log.noise.told(), self.log
         KF = partial(self.EKF, **{"gate": told["gate"]} if "gate" in told else {})
         lost = partial(self.lost, **{k: v for k, v in told.items() if k != "gate"})
-        hybrid = Hybrid(FuzzyGrid(noise), lambda x0, P0: make_filter(KF, log, x0=x0, P0=P0, noise=noise), lost, self.background)
+        hybrid = Hybrid(
+            FuzzyGrid(noise),
+            lambda x0, P0: make_filter(KF, log, x0=x0, P0=P0, noise=noise),
+            lost,
+            self.background,
+        )
         watched = Watched(hybrid, log)
         return replay(watched, log), watched
 
@@ -139,7 +154,9 @@ def in_words(log, history, finding):
         from .race import steps_until_found
 
         steps = steps_until_found(distance[log.kidnapped[0] + 1 :])
-        text += " · after it " + (f"found again in {steps / 10:.1f} s" if np.isfinite(steps) else "never found again")
+        text += " · after it " + (
+            f"found again in {steps / 10:.1f} s" if np.isfinite(steps) else "never found again"
+        )
     return f"{text} · grid at work in {100 * finding.mean():.0f} % of the steps"
 
 
@@ -155,9 +172,17 @@ def play(localizers, log, interval=100, most=150):
         screen.apologize(str(error))
         return Kept([screen.text], text=str(error))
     alone = len(localizers) == 1
-    canvas = Canvas(4.8 if alone else 3.05 * len(localizers) + 0.2, 4.4 if alone else 3.0, columns=len(localizers))
+    canvas = Canvas(
+        4.8 if alone else 3.05 * len(localizers) + 0.2, 4.4 if alone else 3.0, columns=len(localizers)
+    )
     panels = [BeliefPanel(ax, log.field, name) for ax, name in zip(canvas.axes, localizers)]
-    canvas.figure.legend(handles=panels[0].legend, loc="outside lower center", ncols=3 if alone else 5, fontsize=8, frameon=False)
+    canvas.figure.legend(
+        handles=panels[0].legend,
+        loc="outside lower center",
+        ncols=3 if alone else 5,
+        fontsize=8,
+        frameon=False,
+    )
     for ax in canvas.axes[1:]:
         ax.set(ylabel="", yticklabels=[])
     canvas.move(*panels)
@@ -168,7 +193,10 @@ def play(localizers, log, interval=100, most=150):
             panel.show(seen[k], log, k)
             far.append(f"{name} {100 * np.hypot(*(seen[k]['x'] - log.truth[k])[:2]):.0f} cm")
         frames.append(canvas.jpeg())
-        texts.append(f"{log.times[k]:.1f} s · error: {', '.join(far)}" + (" · just kidnapped" if any(k - stride <= s < k for s in log.kidnapped) else ""))
+        texts.append(
+            f"{log.times[k]:.1f} s · error: {', '.join(far)}"
+            + (" · just kidnapped" if any(k - stride <= s < k for s in log.kidnapped) else "")
+        )
     last = canvas.png()
 
     def show(i):
@@ -179,5 +207,6 @@ def play(localizers, log, interval=100, most=150):
     w.jslink((player, "value"), (slider, "value"))
     slider.observe(lambda change: show(change["new"]), "value")
     show(0)
-    return Kept([w.HBox([player, slider]), screen.image, screen.text], lambda: last, f"{len(log)} steps of {log.name}")
-
+    return Kept(
+        [w.HBox([player, slider]), screen.image, screen.text], lambda: last, f"{len(log)} steps of {log.name}"
+    )

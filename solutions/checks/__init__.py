@@ -3,7 +3,7 @@
 Only maintainers need this: `labkit build` turns it into the numbers in labkit/checkdata.
 """
 
-from . import cartesian, cartesian_parts, legged, legged_parts, mismatch, range_bearing, range_bearing_parts
+from . import cartesian, cartesian_parts, legged, legged_parts, mismatch, range_bearing, range_bearing_parts, team
 
 CHECKS = [
     *cartesian_parts.CHECKS,
@@ -13,4 +13,5 @@ CHECKS = [
     *range_bearing.CHECKS,
     *legged_parts.CHECKS,
     *legged.CHECKS,
+    *team.CHECKS,
 ]

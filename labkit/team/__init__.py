@@ -1,0 +1,30 @@
+"""Robots that see each other: a common frame without a map, and a formation in it.
+
+Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the navigation of groups of robots
+(in Russian, 2005; called "the paper" here).
+"""
+
+from importlib import import_module
+
+from .hall import Route, Team, TeamNoise
+from .frame import align, frame_errors, laid, seen_from
+from .log import TeamLog, dead_reckoned, of_logs, replay
+from .start import by_alignment
+
+# Widgets load on first use, as in labkit itself.
+_LAZY = {"explore": "widgets", "play": "widgets"}
+
+__all__ = [
+    "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "frame_errors", "laid", "of_logs",
+    "replay", *_LAZY, "seen_from",
+]  # fmt: skip
+
+
+def __getattr__(name):
+    if name in _LAZY:
+        return getattr(import_module(f".{_LAZY[name]}", __name__), name)
+    raise AttributeError(f"module 'labkit.team' has no attribute '{name}'")
+
+
+def __dir__():
+    return sorted(__all__)

@@ -1,0 +1,78 @@
+"""Frames that nobody fixed: laying one set of points on another, and errors that do not depend on the frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import wrap
+
+
+def align(a, b, weights=None):
+    """The turn and shift that lays points a (N, 2) on b (N, 2) with the least squares: (angle [rad], shift (2,) [m]).
+
+    Rigid: no scale, no mirror.  b is about rotation(angle) @ a + shift.  Raises ValueError for fewer than two
+    different points.  Source: K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D point sets" (1987),
+    in the plane.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 2:
+        raise ValueError(f"a and b must have the same shape (N, 2), but have {a.shape} and {b.shape}")
+    w = np.ones(len(a)) if weights is None else np.asarray(weights, dtype=float)
+    w = w / w.sum()
+    mean_a, mean_b = w @ a, w @ b
+    p, q = a - mean_a, b - mean_b
+    if len(a) < 2 or not (w @ (p**2).sum(axis=1) > 1e-12):
+        raise ValueError("two different points are the least that can be laid on others")
+    angle = np.arctan2(w @ (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]), w @ (p * q).sum(axis=1))
+    return float(angle), mean_b - _turned(mean_a, angle)
+
+
+def laid(poses, angle, shift):
+    """Poses (..., 3), or points (..., 2), after a turn and a shift."""
+    poses = np.asarray(poses, dtype=float)
+    points = _turned(poses[..., :2], angle) + shift
+    return points if poses.shape[-1] == 2 else np.concatenate([points, wrap(poses[..., 2:] + angle)], axis=-1)
+
+
+def _turned(points, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def seen_from(observer, target):
+    """Poses of targets (..., 3) in the frames of observers (..., 3): what an error of the common frame cannot touch."""
+    d = target[..., :2] - observer[..., :2]
+    c, s = np.cos(observer[..., 2]), np.sin(observer[..., 2])
+    x, y = c * d[..., 0] + s * d[..., 1], c * d[..., 1] - s * d[..., 0]
+    return np.stack([x, y, wrap(target[..., 2] - observer[..., 2])], axis=-1)
+
+
+@dataclass(frozen=True)
+class FrameErrors:
+    """Errors of poses (N+1, n, 3) [m], step by step, of robot `who`.
+
+    gauge   (N+1,) in the frame in which the estimate began;
+    aligned (N+1,) after the whole estimate, all robots and steps, was laid on the truth once;
+    ego     (N+1,) of where each of the others sees it, in its own frame: the mean over the others;
+    turned  [rad] the angle of that laying: by how much the frame has turned.
+    """
+
+    gauge: np.ndarray
+    aligned: np.ndarray
+    ego: np.ndarray
+    turned: float
+
+
+def frame_errors(poses, truth, who=0):
+    """The FrameErrors of an estimate against the truth, both (N+1, n, 3)."""
+    poses, truth = np.asarray(poses), np.asarray(truth)
+    angle, shift = align(poses[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
+    others = [i for i in range(poses.shape[1]) if i != who]
+    mine, due = (seen_from(p[:, others], p[:, [who]])[..., :2] for p in (poses, truth))
+    return FrameErrors(
+        np.linalg.norm((poses - truth)[:, who, :2], axis=1),
+        np.linalg.norm(laid(poses, angle, shift)[:, who, :2] - truth[:, who, :2], axis=1),
+        np.linalg.norm(mine - due, axis=2).mean(axis=1),
+        angle,
+    )

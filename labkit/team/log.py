@@ -1,0 +1,153 @@
+"""What a team of robots did and saw of one another: one Log for each, with the same steps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..feedback import FilterError, explain
+from ..geometry import moved
+from ..log import Log
+from ..world import Map
+
+
+@dataclass(frozen=True)
+class TeamLog:
+    """Logs of n robots that share their times; robot i is the one with the id `ids[i]`.
+
+    Each log has sensor 'rb', frame 'robot', controls (N, 3): its odometry of each step, ahead [m], to the left
+    [m], turned [rad]; what it saw are other robots, by their ids.
+    Raises ValueError for logs that do not fit together.
+    """
+
+    logs: tuple
+    ids: tuple
+    name: str = "simulated team"
+
+    def __post_init__(self):
+        if len(self.logs) < 2 or len(self.logs) != len(self.ids):
+            raise ValueError(
+                f"a team needs two logs or more and an id for each, but has {len(self.logs)} and {len(self.ids)}"
+            )
+        if len(set(self.ids)) != len(self.ids):
+            raise ValueError(f"ids must differ, but they are {list(self.ids)}")
+        first = self.logs[0]
+        for i, log in zip(self.ids, self.logs):
+            if len(log) != len(first) or not np.allclose(log.times, first.times):
+                raise ValueError(
+                    f"the clock of robot {i} does not run with that of robot {self.ids[0]}: their times differ"
+                )
+            if log.controls.shape[1] != 3 or log.frame != "robot" or log.sensor != "rb":
+                raise ValueError(
+                    f"the log of robot {i} must hold odometry (N, 3), and ranges and bearings in its own frame"
+                )
+            strange = set(log.seen_id.tolist()) - set(self.ids) | ({i} & set(log.seen_id.tolist()))
+            if strange:
+                raise ValueError(
+                    f"robot {i} saw a robot {min(strange)!r} that is no other member of the team"
+                )
+
+    def __len__(self):
+        return len(self.logs[0])
+
+    @property
+    def n(self):
+        return len(self.ids)
+
+    @property
+    def times(self):
+        return self.logs[0].times
+
+    @property
+    def odometry(self):
+        """(N, n, 3) of each step and robot [m, m, rad]."""
+        return np.stack([log.controls for log in self.logs], axis=1)
+
+    @property
+    def truth(self):
+        """(N+1, n, 3) true poses in the hall, or None."""
+        if any(log.truth is None for log in self.logs):
+            return None
+        return np.stack([log.truth for log in self.logs], axis=1)
+
+    def seen(self):
+        """N lists of (observer, target, (2,) range [m] and bearing [rad]), observer and target counted from 0."""
+        place = {name: i for i, name in enumerate(self.ids)}
+        lists = [[] for _ in range(len(self))]
+        for i, log in enumerate(self.logs):
+            for k, name, z in zip(log.seen_step.tolist(), log.seen_id.tolist(), log.seen.copy()):
+                lists[k].append((i, place[name], z))
+        return lists
+
+
+def dead_reckoned(log, start=None):
+    """Poses (N+1, n, 3) by odometry alone, from the poses `start` (n, 3), by default the true ones."""
+    poses = [np.array(log.truth[0] if start is None else start, dtype=float)]
+    for u in log.odometry:
+        poses.append(moved(poses[-1], u))
+    return np.array(poses)
+
+
+def member_log(times, controls, truth, seen, name):
+    """The Log of one member: seen is a list of (step, id, range, bearing)."""
+    seen = sorted(seen, key=lambda one: one[0])
+    return Log(
+        np.array(times), np.array(controls), np.array([s[0] for s in seen], dtype=int),
+        np.array([s[1] for s in seen]), np.array([s[2:] for s in seen], dtype=float).reshape(-1, 2), Map(),
+        sensor="rb", frame="robot", truth=np.array(truth), name=name,
+    )  # fmt: skip
+
+
+def replay(kf, log):
+    """Run a filter over a TeamLog: (poses (N+1, n, 3), covariances (N+1, 3n, 3n)).
+
+    kf: any object with `predict(u)`, u (n, 3), `update(seen)`, a list of (observer, target, z), and the fields
+    x (n, 3) and P (3n, 3n).  Raises FilterError, with the step and the student's own line, if it raises, or if what
+    it leaves in x and P is no estimate.
+    """
+    n, k = log.n, -1
+    x, P = np.empty((len(log) + 1, n, 3)), np.empty((len(log) + 1, 3 * n, 3 * n))
+    try:
+        x[0], P[0] = kf.x, kf.P
+        for k, (u, seen) in enumerate(zip(log.odometry, log.seen())):
+            kf.predict(u)
+            kf.update(seen)
+            x[k + 1], P[k + 1] = kf.x, kf.P
+    except NotImplementedError as error:
+        raise FilterError(explain(error)) from error
+    except Exception as error:
+        shapes = f"x has the shape {np.shape(getattr(kf, 'x', None))}, P {np.shape(getattr(kf, 'P', None))}"
+        problem = (
+            explain(error)
+            if shapes == f"x has the shape {(n, 3)}, P {(3 * n, 3 * n)}"
+            else f"{shapes}: they should be {(n, 3)} and {(3 * n, 3 * n)}."
+        )
+        raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
+    bad = ~(np.isfinite(x).all(axis=(1, 2)) & np.isfinite(P).all(axis=(1, 2)))
+    if bad.any():
+        raise FilterError(
+            f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number."
+        )
+    return x, P
+
+
+def of_logs(logs, ids=None, name="team"):
+    """A TeamLog of logs of real robots: what they share of their times, and only what they saw of each other.
+
+    logs: Logs with odometry, say from `mrclam.with_odometry(mrclam.load(robot, robots=True))`, of the same rate.
+    """
+    ids = tuple(range(1, len(logs) + 1)) if ids is None else tuple(ids)
+    rate = 1 / logs[0].dt
+    first = max(round(log.times[0] * rate) for log in logs)
+    last = min(round(log.times[-1] * rate) for log in logs)
+    if last <= first:
+        raise ValueError("the logs share no time")
+    cut = []
+    for i, log in zip(ids, logs):
+        a = first - round(log.times[0] * rate)
+        b = a + last - first
+        here = (log.seen_step >= a) & (log.seen_step < b) & np.isin(log.seen_id, [j for j in ids if j != i])
+        cut.append(Log(
+            log.times[a : b + 1].copy(), log.controls[a:b].copy(), log.seen_step[here] - a, log.seen_id[here], log.seen[here].copy(), Map(),
+            sensor="rb", frame="robot", truth=log.truth[a : b + 1].copy(), name=log.name,
+        ))  # fmt: skip
+    return TeamLog(tuple(cut), ids, name)

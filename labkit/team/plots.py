@@ -1,0 +1,113 @@
+"""Pictures of a team: paths in the hall, errors over time, a formation with its slots."""
+
+import numpy as np
+
+from ..geometry import ellipse
+from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
+from .formation import slots
+from .frame import align, laid
+
+COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9")
+
+
+def arrow(pose, size=0.35):
+    """A small arrow head (5, 2) at a pose."""
+    angle = pose[2] + np.array([0.0, 2.6, np.pi, -2.6, 0.0])
+    reach = size * np.array([1.0, 0.6, 0.25, 0.6, 1.0])
+    return pose[:2] + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def draw_paths(ax, truth, believed=None, title="", what="estimate"):
+    """True paths (N+1, n, 3), in lines, and what was believed of them, dashed; robots where they end."""
+    for i in range(truth.shape[1]):
+        color = COLORS[i % len(COLORS)]
+        ax.plot(*truth[:, i, :2].T, "-", color=GREY, lw=2.5, alpha=0.5, label="truth" if i == 0 else None)
+        ax.plot(*arrow(truth[-1, i]).T, "-", color=GREY, lw=2, alpha=0.7)
+        if believed is not None:
+            ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=f"{what}, robot {i}")
+            ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4)
+    ax.set_aspect("equal")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.set_title(title, fontsize=11)
+    ax.margins(0.08)
+
+
+def draw_readings(ax, log, poses, color=ORANGE):
+    """Where each reading places its target, in the frame of the poses (N+1, n, 3) of those who saw it."""
+    points = []
+    for k, seen in enumerate(log.seen(), 1):
+        for i, _, (r, bearing) in seen:
+            x, y, theta = poses[k, i]
+            points.append([x + r * np.cos(theta + bearing), y + r * np.sin(theta + bearing)])
+    points = np.array(points).reshape(-1, 2)
+    ax.plot(*points.T, ".", color=color, ms=2, alpha=0.5, label="readings")
+
+
+def draw_errors(ax, times, errors, limit=None):
+    """Several errors (N+1,) [m] over time: {name: values}."""
+    for (name, values), color, style in zip(errors.items(), COLORS, ["-", "--", "-.", ":", "-", "--"]):
+        ax.plot(times[: len(values)], 100 * np.asarray(values), style, color=color, lw=1.2, label=name)
+    ax.set(xlabel="time [s]", ylabel="error [cm]", xlim=(0, times[-1]), ylim=(0, limit))
+    ax.legend(fontsize=8, frameon=False)
+
+
+def draw_formation(ax, run, steps, title=""):
+    """A formation's way, and its triangle at some steps, by the true poses."""
+    truth = run.log.truth
+    for i in range(truth.shape[1]):
+        ax.plot(
+            *truth[:, i, :2].T,
+            "-",
+            color=COLORS[i],
+            lw=1,
+            alpha=0.7,
+            label="leader" if i == 0 else f"follower {i}",
+        )
+    for k in steps:
+        k = min(k, len(truth) - 1)
+        for i, pose in enumerate(truth[k]):
+            ax.plot(*arrow(pose, 0.3).T, "-", color=COLORS[i], lw=1.5)
+        corners = truth[k][[0, 1, 2, 0], :2]
+        ax.plot(*corners.T, ":", color=GREY, lw=1)
+    ax.set_aspect("equal")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.set_title(title, fontsize=11)
+    ax.margins(0.08)
+
+
+class FormationPanel:
+    """One moment of a formation in the common frame: robots, slots, and the filter's 3-sigma ellipses."""
+
+    def __init__(self, ax, run, title=""):
+        points = run.log.truth[..., :2].reshape(-1, 2)
+        low, high = points.min(axis=0) - 1, points.max(axis=0) + 1
+        ax.set_aspect("equal")
+        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
+        ax.set_title(title, fontsize=11)
+        n = run.log.n
+        self.trails = [ax.plot([], [], "-", color=COLORS[i], lw=0.8, alpha=0.6)[0] for i in range(n)]
+        self.robots = [ax.plot([], [], "-", color=COLORS[i], lw=2)[0] for i in range(n)]
+        (self.believed,) = ax.plot([], [], "+", color="k", ms=9, mew=1.5, label="believed position")
+        (self.slots,) = ax.plot([], [], "o", color=GREY, ms=11, mfc="none", label="slots")
+        (self.ellipses,) = ax.plot([], [], "-", color="k", lw=0.8, label="3σ ellipse")
+        self.artists = [*self.trails, self.slots, self.ellipses, *self.robots, self.believed]
+        ax.legend(loc="upper right", fontsize=8, frameon=False)
+
+    def show(self, run, k, P=None):
+        truth, x = run.log.truth, run.believed[k]
+        angle, shift = align(
+            run.believed[: k + 2, :, :2].reshape(-1, 2), truth[: k + 2, :, :2].reshape(-1, 2)
+        )
+        x = laid(x, angle, shift)
+        for i, (trail, robot) in enumerate(zip(self.trails, self.robots)):
+            trail.set_data(*truth[: k + 1, i, :2].T)
+            robot.set_data(*arrow(truth[k, i], 0.3).T)
+        self.believed.set_data(*x[:, :2].T)
+        self.slots.set_data(*slots(x[0], x[0, 2]).T)
+        if P is not None:
+            blocks = np.array([P[3 * i : 3 * i + 2, 3 * i : 3 * i + 2] for i in range(len(x))])
+            outline = ellipse(x[:, :2], blocks, points=40)
+            self.ellipses.set_data(
+                *np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T
+            )
+        return self

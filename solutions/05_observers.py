@@ -1,0 +1,752 @@
+# %% [markdown]
+# # Lab 5 · Observers: a common frame without a map
+#
+# *About two and a half hours; a good place for a break is after section 5. Needs nothing from your earlier notebooks.*
+#
+# An empty hall: no landmarks, no beacons, no map. But there are several robots, each with a laser scanner, and they see *each other*. F. E. Schneider and D. Wildermuth (*the paper*, from here on) let such robots find out
+# where they stand relative to one another, keep that up while all of them move, and hold a formation with nothing else. You build it, step by step.
+#
+# **By the end you can**
+# - find out where an observer stands from what it saw of a robot that drove by;
+# - write an EKF for the poses of a whole team, in which every robot can move;
+# - say what *relative* means: which part of the answer nobody in the hall can know;
+# - turn a range and a bearing into a point without a systematic error;
+# - steer robots in a formation by forces, in the frame that they built themselves.
+#
+# **You will write** `circular_mean`, `two_circles`, `jacobians`, the class `GroupEKF`, `converted` and `force`.
+
+# %% [markdown]
+# ## Symbols
+#
+# | symbol | in the code | shape | unit | what it is |
+# |---|---|---|---|---|
+# | $x_i = (x, y, \theta)$ | `kf.x[i]` | (3,) | m, m, rad | pose of robot i in the common frame |
+# | $P$ | `kf.P` | (3n, 3n) | m², rad² | covariance of all n poses together |
+# | $u_i$ | `u[i]` | (3,) | m, m, rad | odometry of robot i in this step: ahead, to the left, turned |
+# | $d, \alpha$ | `z` | (2,) | m, rad | range and bearing at which an observer sees a target; the bearing from its own heading |
+# | $o, p$ | `o`, `p` | (3,) | m, m, rad | pose of the observer, pose of the target |
+#
+# A *reading* is a triple `(i, j, z)`: robot i saw robot j at `z`.
+
+# %% id="setup" tags=["setup"]
+import dataclasses
+import time
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from labkit import check, mrclam, progress, wrap
+from labkit.team import TeamNoise, by_alignment, dead_reckoned, frame_errors, laid, of_logs
+from labkit.team import explore, play, replay, scenarios, seen_from
+from labkit.team.bound import least_squares
+from labkit.team.formation import WAY, run, triangle
+from labkit.team.pairs import PairFilters
+from labkit.team.particles import TeamParticles
+from labkit.team.plots import draw_errors, draw_formation, draw_paths, draw_readings
+
+noise = TeamNoise()  # a laser: 5 cm, 0.75°, and the robot's middle is uncertain by 5 cm
+
+# %% [markdown]
+# ## 1. The hall
+#
+# Robot 0 drives a cross; robots 1 and 2 stand and watch (the paper's figure 3). Five readings a second. Each robot knows its own odometry, which slips a little, and all of them tell each other what they see.
+
+# %%
+log = scenarios.cross(rng=1)
+fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
+draw_paths(ax, log.truth, dead_reckoned(log), log.name, what="odometry")
+ax.legend(fontsize=8, frameon=False)
+plt.show()
+print("in the first step", *log.seen()[0])
+
+# %% [markdown]
+# ## 2. Where does the observer stand?
+#
+# Robot 0 takes its own start as the origin. At $P_1$ observer O sees it at the range $d_1$; later, at $P_2$, at $d_2$. So O is on two circles, and they meet in two points, one on either side of the way (figure 1 of the paper):
+#
+# $$ b = |P_2 - P_1|, \qquad a = \frac{d_1^2 - d_2^2 + b^2}{2b}, \qquad c^2 = d_1^2 - a^2, \qquad O = P_1 + a\,e \pm c\,n, $$
+#
+# with $e$ the direction from $P_1$ to $P_2$ and $n$ that direction turned by 90° to the left. Which of the two? From the left one the robot passes from left to right, from the right one the other way: the
+# *difference* of the two bearings tells. And the heading of O is the direction in which it should see the robot, less the bearing at which it does, averaged over both sightings.
+#
+# **Before you go on:** what is the mean of the headings 179° and −179°?
+#
+# ### Exercise 1 · `circular_mean(angles)`
+# Return the mean direction [rad]: the angle of the sum of the vectors (cos, sin).
+
+
+# %% id="answer-mean" tags=["answer"]
+def circular_mean(angles):
+    """Mean direction [rad] of an array of angles."""
+    ### BEGIN SOLUTION
+    return np.arctan2(np.sum(np.sin(angles)), np.sum(np.cos(angles)))
+    ### END SOLUTION
+
+
+# %% id="check-mean" tags=["check"] points=1 title="circular_mean"
+check("team-mean", circular_mean)
+
+# %% [markdown]
+# ### Exercise 2 · `two_circles(P1, z1, P2, z2, sigma)`
+# Return the observer's pose as an array (3,), or `UNKNOWN`, three times not-a-number, if the pair of sightings tells too little. `z1`, `z2` are (range, bearing), `sigma` [rad] the standard deviation of a bearing. Return `UNKNOWN`
+# - if the way $b$ is shorter than 1 m,
+# - if the circles do not meet ($c^2 \le 0$). (The paper says that they always do. With noise they do not.)
+# - if the bearings differ by no more than $3\sqrt2\,\sigma$: then nobody can tell left from right,
+# - if the difference that the chosen point predicts is more than $3\sqrt2\,\sigma$ off.
+#
+# *Example:* `P1 = (0, 0)`, `P2 = (2, 0)`, seen at `(1.414, 0.785)` and `(1.414, -0.785)`: the observer is at (1, −1) with heading π/2.
+#
+# <details><summary>Hint</summary>
+#
+# For each of the two points O: `directions = [arctan2 of (P1 - O), arctan2 of (P2 - O)]`; it predicts the difference `wrap(directions[1] - directions[0])`; the measured one is `wrap(z2[1] - z1[1])`. Take the point
+# where the two are closest (wrapped!).
+# </details>
+
+# %% id="answer-circles" tags=["answer"]
+UNKNOWN = np.full(3, np.nan)
+
+
+def two_circles(P1, z1, P2, z2, sigma):
+    """Pose (3,) of who saw a robot at P1 (2,) as z1 and at P2 (2,) as z2, or UNKNOWN."""
+    ### BEGIN SOLUTION
+    b = np.linalg.norm(P2 - P1)
+    if b < 1:
+        return UNKNOWN
+    a = (z1[0] ** 2 - z2[0] ** 2 + b**2) / (2 * b)
+    c2 = z1[0] ** 2 - a**2
+    measured = wrap(z2[1] - z1[1])
+    if c2 <= 0 or abs(measured) <= 3 * np.sqrt(2) * sigma:
+        return UNKNOWN
+    e = (P2 - P1) / b
+    n = np.array([-e[1], e[0]])
+    found = []
+    for side in (1, -1):
+        O = P1 + a * e + side * np.sqrt(c2) * n
+        to = np.array([np.arctan2(*(P1 - O)[::-1]), np.arctan2(*(P2 - O)[::-1])])
+        off = abs(wrap(wrap(to[1] - to[0]) - measured))
+        found.append((off, O, circular_mean(to - np.array([z1[1], z2[1]]))))
+    off, O, heading = min(found, key=lambda one: one[0])
+    return np.array([O[0], O[1], heading]) if off <= 3 * np.sqrt(2) * sigma else UNKNOWN
+    ### END SOLUTION
+
+
+# %% id="check-circles" tags=["check"] points=3 title="two_circles"
+check("team-circles", two_circles)
+
+# %% [markdown]
+# One pair is a rough guess. The paper collects 25 of them and averages. The kit has another way, `by_alignment`: lay *all* readings of the observer, points in its own frame, on the track of the robot, by the turn and the shift with the
+# least squares. Both after 3.3 m, over thirty runs:
+
+
+# %%
+def first_metres(log, i, metres=3.3):
+    """What robot i saw of robot 0's first metres: (track (N, 2), ranges, bearings)."""
+    track = dead_reckoned(log, np.zeros((log.n, 3)))[:, 0]
+    way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
+    early = way[log.logs[i].seen_step] < metres
+    step, z = log.logs[i].seen_step[early], log.logs[i].seen[early]
+    return track[step + 1, :2], z[:, 0], z[:, 1]
+
+
+def by_circles(track, r, bearing):
+    """The median of what pairs of sightings say, 1.5 m apart or more."""
+    sigma = noise.of_bearing(np.mean(r))
+    poses = []
+    for k in range(0, len(r), 3):
+        for m in range(k + 25, len(r), 3):
+            pose = two_circles(
+                track[k], (r[k], bearing[k]), track[m], (r[m], bearing[m]), sigma
+            )
+            poses += [pose] if np.isfinite(pose).all() else []
+    if not poses:
+        return UNKNOWN
+    poses = np.array(poses)
+    return np.array([*np.median(poses[:, :2], axis=0), circular_mean(poses[:, 2])])
+
+
+off = {"two circles": [], "alignment": []}
+for seed in range(30):
+    one = scenarios.cross(rng=seed)
+    for i in (1, 2):
+        due = seen_from(one.truth[0, 0], one.truth[0, i])
+        track, r, bearing = first_metres(one, i)
+        for name, pose in (
+            ("two circles", by_circles(track, r, bearing)),
+            ("alignment", by_alignment(track, r, bearing)[0]),
+        ):
+            if np.isfinite(pose).all():
+                off[name].append([*(pose - due)[:2], wrap(pose[2] - due[2])])
+for name, e in off.items():
+    e = np.array(e)
+    far, turned = (
+        np.sqrt(np.mean(e[:, 0] ** 2 + e[:, 1] ** 2)),
+        np.sqrt(np.mean(e[:, 2] ** 2)),
+    )
+    print(
+        f"{name:12s} {len(e)} of 60 found, {100 * far:3.0f} cm, {np.rad2deg(turned):.1f}° (rms)"
+    )
+
+# %% [markdown]
+# ### Question A
+# All 25 estimates of one observer come from the same few metres of odometry. Why would it be wrong to divide their covariance by 25, as for a mean of independent measurements?
+
+# %% [markdown] id="answer-start" tags=["answer"] points=2 title="Question A: 25 estimates"
+# ### BEGIN SOLUTION
+# If the odometry is 2 % too long, or has turned by a degree, it is so in all 25: they share that error, and averaging does not reduce it. Only the part that is fresh in each reading is divided by 25.
+# ### END SOLUTION
+
+# %% [markdown] id="rubric-start" tags=["hidden"]
+# **Question A, 2 points.**
+# - 1 point: the estimates share the error of the odometry (or: are not independent).
+# - 1 point: only what is fresh in each shrinks with their number.
+
+# %% [markdown]
+# ## 3. One filter for all
+#
+# The paper puts the moving robot and all observers into one state and lets an EKF correct them together. A reading $(i, j, z)$ compares two of the poses,
+#
+# $$ h(o, p) = \begin{bmatrix} \sqrt{(p_x - o_x)^2 + (p_y - o_y)^2} \\ \operatorname{atan2}(p_y - o_y,\; p_x - o_x) - o_\theta \end{bmatrix}, $$
+#
+# so its Jacobian has two blocks: one in the observer's three columns, one in the target's. (Eq. 5 of the paper has arctan of the quotient; as in lab 3 it must be atan2.)
+#
+# ### Exercise 3 · `jacobians(o, p)`
+# Return `H_o, H_p`, both (2, 3). *Example:* from `o = (0, 0, 0)`, a target at `p = (2, 0, 1)` has `H_p = [[1, 0, 0], [0, 0.5, 0]]`.
+#
+# <details><summary>Hint</summary>
+#
+# The upper left 2 × 2 of $H_p$ is lab 3's Jacobian with the other sign (there the robot moved, here the target does). $H_o$ is $-H_p$, but for the last entry of its bearing row: if the observer turns left, it sees everything farther right.
+# </details>
+
+
+# %% id="answer-jacobians" tags=["answer"]
+def h(o, p):
+    """Given: range [m] and bearing [rad] (2,) at which o (3,) sees p (3,)."""
+    dx, dy = p[:2] - o[:2]
+    return np.array([np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - o[2])])
+
+
+def jacobians(o, p):
+    """(H_o, H_p): derivatives (2, 3) of h(o, p) by the observer's and the target's pose."""
+    ### BEGIN SOLUTION
+    dx, dy = p[:2] - o[:2]
+    q = dx**2 + dy**2
+    d = np.sqrt(q)
+    H_p = np.array([[dx / d, dy / d, 0], [-dy / q, dx / q, 0]])
+    H_o = np.array([[-dx / d, -dy / d, 0], [dy / q, -dx / q, -1]])
+    return H_o, H_p
+    ### END SOLUTION
+
+
+# %% id="check-jacobians" tags=["check"] points=2 title="jacobians"
+check("team-jacobians", jacobians)
+
+# %% [markdown]
+# ### Exercise 4 · the class `GroupEKF`
+# **Predict.** Each robot moves by its own odometry, as in lab 4: with $\delta_i$ the step turned into the common frame,
+#
+# $$ x_i' = x_i + \delta_i, \quad F_i = \begin{bmatrix} 1 & 0 & -\delta_y \\ 0 & 1 & \delta_x \\ 0 & 0 & 1 \end{bmatrix}, \quad W_i = \begin{bmatrix} \cos\theta_i & -\sin\theta_i & 0 \\ \sin\theta_i & \cos\theta_i & 0 \\ 0 & 0 & 1 \end{bmatrix}, \quad
+#    P \leftarrow F P F^\top + W Q W^\top, $$
+#
+# where $F$, $W$, $Q$ have the blocks of the robots on their diagonals (`block_diag`), and $Q_i$ has `self.inflate` times the squares of `self.noise.of_step(u[i])` on its diagonal. (Four times as much as the white noise alone: odometry has systematic errors too.)
+#
+# **Update.** Reading by reading: $H$ (2, 3n) is zero but for two blocks, $R$ has the squares of `self.noise.range` and `self.noise.of_bearing(d)` on its diagonal, d being the *expected* range. Compute $S = HPH^\top + R$ and $d^2 = \nu^\top S^{-1} \nu$ (bearing wrapped);
+# keep all $d^2$ in the list `self.d2`; leave out readings with $d^2$ of `self.gate` or more; for the others $K = PH^\top S^{-1}$, $x \leftarrow x + K\nu$ (headings wrapped), $P \leftarrow P - KSK^\top$.
+#
+# <details><summary>Hint</summary>
+#
+# Robot i has the rows and columns `3 * i` to `3 * i + 3`. `K @ nu` has 3n numbers: `.reshape(-1, 3)` makes poses of them.
+# </details>
+
+# %% id="answer-ekf" tags=["answer"]
+from scipy.linalg import block_diag
+
+
+class GroupEKF:
+    """Extended Kalman filter for the poses of n robots that see each other."""
+
+    def __init__(self, x0, P0, noise, gate=13.8, inflate=4.0):
+        self.x = np.array(x0, dtype=float)  # (n, 3) estimated poses
+        self.P = np.array(P0, dtype=float)  # (3n, 3n) their covariance
+        self.noise = noise  # a TeamNoise
+        self.gate, self.inflate = gate, inflate
+        self.d2 = []  # of each reading of the last update
+
+    def predict(self, u):
+        """Move every robot by its odometry: u (n, 3)."""
+        ### BEGIN SOLUTION
+        F, W, Q = [], [], []
+        for x, ui in zip(self.x, u):
+            c, s = np.cos(x[2]), np.sin(x[2])
+            dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]
+            F.append([[1, 0, -dy], [0, 1, dx], [0, 0, 1]])
+            W.append([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            Q.append(np.diag(self.inflate * self.noise.of_step(ui) ** 2))
+            x += [dx, dy, ui[2]]
+        self.x[:, 2] = wrap(self.x[:, 2])
+        F, W, Q = block_diag(*F), block_diag(*W), block_diag(*Q)
+        self.P = F @ self.P @ F.T + W @ Q @ W.T
+        ### END SOLUTION
+
+    def update(self, seen):
+        """Correct all poses with the readings (i, j, z) of this step: a list, maybe empty."""
+        ### BEGIN SOLUTION
+        self.d2 = []
+        for i, j, z in seen:
+            expected = h(self.x[i], self.x[j])
+            nu = z - expected
+            nu[1] = wrap(nu[1])
+            H = np.zeros((2, self.x.size))
+            here, there = slice(3 * i, 3 * i + 3), slice(3 * j, 3 * j + 3)
+            H[:, here], H[:, there] = jacobians(self.x[i], self.x[j])
+            sigma = np.array([self.noise.range, self.noise.of_bearing(expected[0])])
+            S = H @ self.P @ H.T + np.diag(sigma**2)
+            self.d2.append(nu @ np.linalg.solve(S, nu))
+            if self.d2[-1] < self.gate:
+                K = np.linalg.solve(S, H @ self.P).T
+                self.x = self.x + (K @ nu).reshape(-1, 3)
+                self.x[:, 2] = wrap(self.x[:, 2])
+                self.P = self.P - K @ S @ K.T
+        ### END SOLUTION
+
+
+# %% id="check-ekf" tags=["check"] points=4 title="GroupEKF: single steps"
+check("team-ekf", GroupEKF)
+
+# %% [markdown]
+# Where does it start? Robot 0 is the origin, by definition; the others come from section 2, give or take 13 cm and 1°. (Here we draw that error, so that the runs begin at once.)
+
+
+# %%
+def started(log, rng, KF=None, told=noise, **options):
+    """A filter for a log, started at the true poses plus an error like that of section 2."""
+    sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
+    sigma[0] = 1e-6  # robot 0 is the origin
+    x0 = log.truth[0] + sigma * np.random.default_rng(rng).standard_normal(sigma.shape)
+    return (KF or GroupEKF)(x0, np.diag(sigma.ravel() ** 2), told, **options)
+
+
+x, P = replay(started(log, rng=1), log)
+errors, odometry = frame_errors(x, log.truth), frame_errors(dead_reckoned(log), log.truth)
+
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
+draw_paths(axes[0], log.truth, x, "figure 3: two observers, a cross")
+axes[0].legend(fontsize=8, frameon=False)
+draw_errors(axes[1], log.times, {"odometry": odometry.aligned, "filter": errors.aligned})
+plt.show()
+before, after = 100 * odometry.aligned.mean(), 100 * errors.aligned.mean()
+print(f"mean error: odometry {before:.1f} cm, filter {after:.1f} cm")
+
+# %% [markdown]
+# ## 4. Four observers, false readings
+#
+# Figure 4: four observers, a rectangle, three laps; in one quadrant of the hall three of ten readings are false. **Before you run it:** what will the gate do there?
+
+# %%
+log = scenarios.rectangle(rng=3)
+runs = {"gate 13.8": started(log, 3), "no gate": started(log, 3, gate=np.inf)}
+poses = {name: replay(kf, log)[0] for name, kf in runs.items()}
+
+fig, axes = plt.subplots(
+    1, 3, figsize=(12, 4.2), layout="constrained", sharex=True, sharey=True
+)
+draw_paths(
+    axes[0], log.truth[:, :1], dead_reckoned(log)[:, :1], "a: odometry", what="odometry"
+)
+draw_paths(axes[1], log.truth, poses["gate 13.8"], "b: your filter")
+draw_readings(axes[2], log, log.truth)
+axes[2].set(title="c: what the observers reported", aspect="equal", xlabel="x [m]")
+plt.show()
+for name, x in poses.items():
+    print(f"{name}: {100 * frame_errors(x, log.truth).aligned.mean():.1f} cm in the mean")
+
+# %% [markdown]
+# Try the gate, and how much more noise than the white one your filter is told.
+
+# %%
+explore(started)
+
+# %% [markdown]
+# ## 5. What *relative* means
+#
+# Here is one run with the errors told in three ways: in the frame in which robot 0 started; after the whole picture was laid on the truth by one turn and one shift; and as each observer sees robot 0, in its own frame.
+
+# %%
+log = scenarios.rectangle(rng=3)
+x, P = replay(started(log, 3), log)
+errors = frame_errors(x, log.truth)
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
+turned = laid(x, np.deg2rad(4), np.zeros(2))
+draw_paths(axes[0], log.truth, turned, "figure 5: the same estimate, turned by 4°")
+draw_errors(
+    axes[1],
+    log.times,
+    {"gauge": errors.gauge, "aligned": errors.aligned, "ego": errors.ego},
+)
+plt.show()
+print(f"the frame of this run has turned by {np.rad2deg(errors.turned):.2f}°")
+for name, one in (("as it is", errors), ("turned by 4°", frame_errors(turned, log.truth))):
+    parts = [
+        f"{kind} {100 * getattr(one, kind).mean():.1f}"
+        for kind in ("gauge", "aligned", "ego")
+    ]
+    print(f"{name:13s}", ", ".join(parts), "cm")
+
+# %% [markdown]
+# ### Question B
+# Turned by 4°, the estimate is wrong by up to 30 cm, but two of the three errors have not changed at all. Could any robot in the hall notice the turn? For which tasks does it matter, for which not?
+
+# %% [markdown] id="answer-relative" tags=["answer"] points=2 title="Question B: relative"
+# ### BEGIN SOLUTION
+# No: every reading depends only on differences of positions and on directions relative to a robot's heading; turn and shift *all* poses together and each expected reading stays as it was. Three numbers (x, y and the angle of the whole) are unobservable, and the filter
+# keeps them only because it started somewhere.
+#
+# It matters as soon as the outside does: driving to a door, a map, a second group. It does not for all that robots do among themselves: keeping a formation, avoiding each other, meeting.
+# ### END SOLUTION
+
+# %% [markdown] id="rubric-relative" tags=["hidden"]
+# **Question B, 2 points.**
+# - 1 point: nobody can notice: readings depend on relative poses only (a turn and a shift of all are unobservable).
+# - 1 point: matters for tasks in the world, not within the group.
+
+# %% [markdown]
+# ## 6. Observers that move
+#
+# In figure 6 two of the observers set off midway. The paper's prediction (its eq. 3) leaves observers where they are: `u` counts for robot 0 only. **Before you run it:** what happens then?
+
+
+# %%
+class PaperEKF(GroupEKF):
+    """The paper's prediction: only robot 0 moves."""
+
+    def predict(self, u):
+        super().predict(np.concatenate([u[:1], np.zeros_like(u[1:])]))
+
+
+log = scenarios.moving(rng=2)
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
+for ax, (name, KF) in zip(
+    axes, [("only robot 0 moves", PaperEKF), ("with each one's odometry", GroupEKF)]
+):
+    x, P = replay(started(log, 2, KF), log)
+    one = frame_errors(x, log.truth)
+    draw_paths(ax, log.truth, x, f"figure 6: {name}")
+    own = [100 * one.aligned.mean(), 100 * one.ego.mean()]
+    print(f"{name:25s} aligned {own[0]:6.1f} cm, ego {own[1]:6.1f} cm")
+plt.show()
+
+# %% [markdown]
+# How good can it get? Afterwards, when all is recorded, one can ask for the poses that fit *all* odometry and *all* readings best: least squares over the whole run. A filter knows only the past; at the last step it should be as good.
+
+# %% tags=["nbval-ignore-output"]
+white = dataclasses.replace(noise, scale=0, turn_scale=0, drift=0)
+rows = {"filter": [], "least squares": []}
+for seed in progress(range(10)):
+    one = scenarios.cross(rng=seed, noise=white)
+    kf = started(one, seed, told=white, inflate=1.0)
+    x0, P0 = kf.x.copy(), kf.P.copy()
+    for name, x in (
+        ("filter", replay(kf, one)[0]),
+        ("least squares", least_squares(one, x0, P0, white)),
+    ):
+        errors = frame_errors(x, one.truth)
+        rows[name].append([errors.aligned.mean(), errors.ego[-1]])
+for name, values in rows.items():
+    whole, last = 100 * np.median(values, axis=0)
+    print(f"{name:14s} whole run {whole:.1f} cm (aligned), last step {last:.1f} cm (ego)")
+
+# %% [markdown]
+# ## 7. A point from a range and a bearing
+#
+# Another way would be to turn each reading into a point, $(d\cos\alpha, d\sin\alpha)$, and use the *linear* filter of lab 1. The noise of $\alpha$ spoils it: it swings the point along an arc, and the mean of an arc lies inside it. With a bearing noise σ the
+# mean of $\cos$ shrinks by $\lambda = e^{-\sigma^2/2}$. So divide by it: the *converted measurement* (Y. Bar-Shalom, X.-R. Li, the paper's reference 1).
+#
+# ### Exercise 5 · `converted(d, alpha, sigma)`
+# Return the debiased point (2,) in the observer's frame.
+
+
+# %% id="answer-converted" tags=["answer"]
+def converted(d, alpha, sigma):
+    """Point (2,) [m] in the observer's frame of a reading with bearing noise sigma [rad]."""
+    ### BEGIN SOLUTION
+    return d * np.array([np.cos(alpha), np.sin(alpha)]) / np.exp(-(sigma**2) / 2)
+    ### END SOLUTION
+
+
+# %% id="check-converted" tags=["check"] points=1 title="converted"
+check("team-converted", converted)
+
+# %%
+rng = np.random.default_rng(0)
+print("a target 6 m away: by how much is the mean of 100000 points too near?")
+for degrees in (0.75, 5, 15):
+    sigma = np.deg2rad(degrees)
+    alpha = sigma * rng.standard_normal(100_000)
+    raw, good = 6 - np.mean(6 * np.cos(alpha)), 6 - converted(6, alpha, sigma)[0].mean()
+    print(f"{degrees:5.2f}°: raw {100 * raw:5.1f} cm, converted {100 * good:5.1f} cm")
+
+# %% [markdown]
+# For a laser it does not matter, for a coarse sensor it does.
+#
+# ## 8. A formation
+#
+# A leader and two followers, in a triangle: each follower has a *slot* 1.1 m behind the leader and 0.9 m to its side. No robot knows where it is in the hall; they use your filter's frame only (figure 7). A follower at `me` is driven by forces (a *potential field*):
+#
+# $$ F = v_{slot} + k_a\,(slot - me) + \sum_{others\ with\ \rho < \rho_0} k_r \left(\frac1\rho - \frac1{\rho_0}\right) \frac{1}{\rho^2}\, n, \qquad n = \frac{me - other}{\rho}, $$
+#
+# with ρ the distance to the other robot: along with the slot, towards it, and away from who comes nearer than $\rho_0$.
+#
+# ### Exercise 6 · `force(me, slot, velocity, others)`
+# Return $F$ (2,), with $k_a$ = 0.9, $k_r$ = 0.25, $\rho_0$ = 1 m. `others` is (m, 2).
+
+
+# %% id="answer-force" tags=["answer"]
+def force(me, slot, velocity, others, k_a=0.9, k_r=0.25, rho_0=1.0):
+    """Wanted velocity (2,) [m/s] of a follower at me (2,), whose slot (2,) moves."""
+    ### BEGIN SOLUTION
+    F = velocity + k_a * (slot - me)
+    for other in others:
+        rho = np.linalg.norm(me - other)
+        if rho < rho_0:
+            F = F + k_r * (1 / rho - 1 / rho_0) / rho**2 * (me - other) / rho
+    return F
+    ### END SOLUTION
+
+
+# %% id="check-force" tags=["check"] points=2 title="force"
+check("team-force", force)
+
+
+# %%
+def formation(seed, KF=GroupEKF):
+    """A run of the triangle through two corners, controlled by what the filter believes."""
+    team = triangle(rng=seed)
+    sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (3, 1))
+    sigma[0] = 1e-6
+    x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal(
+        sigma.shape
+    )
+    return run(team, KF(x0, np.diag(sigma.ravel() ** 2), noise), force, WAY)
+
+
+one = formation(1)
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
+draw_formation(
+    axes[0],
+    one,
+    [0, 40, 90, 130, 200, len(one.log)],
+    "figure 7: a triangle through two corners",
+)
+axes[0].legend(fontsize=8, frameon=False)
+draw_errors(axes[1], one.log.times, {"largest distance from a slot": one.error}, limit=60)
+plt.show()
+again = one.recoveries().round(1)
+print(f"formed after {one.formed:.1f} s, after the corners again in {again} s")
+print(f"between: {100 * one.rms:.1f} cm; never nearer than {one.least:.2f} m to each other")
+
+# %% [markdown]
+# In motion: circles are the slots, crosses what the filter believes, laid on the truth.
+
+# %%
+play(one)
+
+# %% [markdown]
+# ### Question C
+# The formation holds to a few centimetres, although after a while the common frame may be off by tens of centimetres in the hall. Why does that not matter here? And what would happen with odometry alone?
+
+# %% [markdown] id="answer-formation" tags=["answer"] points=2 title="Question C: the formation"
+# ### BEGIN SOLUTION
+# Slots are relative to the leader, and so are the errors that count: all poses share the error of the frame, and in a difference of two it drops out. The readings between the robots keep the *relative* poses at centimetres for ever.
+#
+# With odometry alone each robot has its own drift; the relative poses get worse with every metre, and after some corners the followers are half a metre off their slots, or hit the leader.
+# ### END SOLUTION
+
+# %% [markdown] id="rubric-formation" tags=["hidden"]
+# **Question C, 2 points.**
+# - 1 point: only relative poses matter; the common error drops out.
+# - 1 point: odometry alone: drifts differ, the relative error grows without end.
+
+# %% [markdown]
+# ## 9. Particles, and large groups
+#
+# Figure 8 of the paper tries a particle filter. The kit's `TeamParticles` guesses the pose of robot 0 many times, and for each guess has a small EKF for each observer. The left picture shows what it believes of two observers after a few seconds:
+# each cloud is longer across the line of sight than along it, for a laser is better at ranges than at bearings.
+#
+# **Before you run it:** will it be more accurate than your filter? How much will it cost?
+
+# %% tags=["nbval-ignore-output"]
+log = scenarios.cross(rng=1)
+kf = started(log, 1)
+pf = TeamParticles(300, kf.x, kf.P, noise, rng=1)
+early = TeamParticles(300, kf.x, kf.P + 0.2 * np.eye(9), noise, rng=1)
+for u, seen in list(zip(log.odometry, log.seen()))[:20]:
+    early.predict(u)
+    early.update(seen)
+
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+for i, color in ((1, "#D55E00"), (2, "#009E73")):
+    axes[0].plot(
+        *early.observers[:, i - 1, :2].T, ".", ms=3, color=color, label=f"observer {i}"
+    )
+axes[0].plot(*early.particles[:, :2].T, ".", ms=3, color="#0072B2", label="robot 0")
+axes[0].set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="figure 8: after 4 s")
+axes[0].legend(fontsize=8, frameon=False)
+errors = {}
+for name, one in (("your filter", kf), ("300 particles", pf)):
+    start = time.perf_counter()
+    errors[name] = frame_errors(replay(one, log)[0], log.truth).ego
+    cost = 1e3 * (time.perf_counter() - start) / len(log)
+    print(f"{name:14s} {100 * errors[name].mean():.1f} cm (ego), {cost:.2f} ms a step")
+draw_errors(axes[1], log.times, errors)
+plt.show()
+
+# %% [markdown]
+# And a group of hundreds? Your filter's covariance has $(3n)^2$ numbers, and each reading touches them all. If each observer only wants to know where one target is *in its own frame*, it needs no more than a 3 × 3 covariance of its own: `PairFilters`.
+
+
+# %% tags=["nbval-ignore-output"]
+def cost(n, steps=5):
+    """(joint filter, pair filters): milliseconds for a step in which all n - 1 others see robot 0."""
+    rng = np.random.default_rng(0)
+    x0 = np.column_stack([rng.uniform(-8, 8, (n, 2)), rng.uniform(-3, 3, n)])
+    readings = [(i, 0, h(x0[i], x0[0])) for i in range(1, n)]
+    u = np.tile([0.05, 0.0, 0.01], (n, 1))
+    views = seen_from(x0[1:], x0[:1])
+    pairs = PairFilters(views, np.tile(0.01 * np.eye(3), (n - 1, 1, 1)), noise)
+    took = []
+    for run_one in (
+        lambda: (joint.predict(u), joint.update(readings)),
+        lambda: (
+            pairs.predict(u[0], u[1:]),
+            pairs.update(range(n - 1), [z for *_, z in readings]),
+        ),
+    ):
+        if n > 100 and not took:
+            took.append(np.nan)
+            continue
+        joint = GroupEKF(x0, 0.01 * np.eye(3 * n), noise)
+        start = time.perf_counter()
+        for _ in range(steps):
+            run_one()
+        took.append(1e3 * (time.perf_counter() - start) / steps)
+    return took
+
+
+sizes = [2, 4, 10, 30, 100, 300, 1000]
+took = np.array([cost(n) for n in sizes])
+fig, ax = plt.subplots(figsize=(6, 3.2), layout="constrained")
+ax.loglog(sizes, took[:, 0], "o-", label="your joint filter")
+ax.loglog(sizes, took[:, 1], "s--", label="pair filters")
+ax.set(xlabel="robots", ylabel="time per step [ms]")
+ax.legend(frameon=False)
+plt.show()
+
+# %% [markdown]
+# ## 10. Real robots
+#
+# The five robots of labs 3 and 4 (UTIAS MRCLAM set 7) once more, now without any landmark: they see only each other, and not often. Your joint filter, fifteen numbers:
+
+
+# %% tags=["nbval-ignore-output"]
+class Wheels(TeamNoise):
+    """Noise of the real robots: what slips in a step of 0.1 s, a camera in place of a laser."""
+
+    def of_step(self, u):
+        return np.broadcast_to(np.sqrt(0.1) * np.array([0.03, 0.03, 0.1]), np.shape(u))
+
+
+wheels = Wheels(range=0.3, bearing=0.06, lateral=0.0)
+real = of_logs([mrclam.with_odometry(mrclam.load(r, robots=True)) for r in range(1, 6)])
+kf = GroupEKF(real.truth[0], np.diag(np.tile([0.1, 0.1, 0.05], 5) ** 2), wheels, 9.2, 1.0)
+x, P = replay(kf, real)
+
+
+def relative(x):
+    """Root mean square [m] of where the robots are in each other's frames."""
+    pairs = [(i, j) for i in range(5) for j in range(5) if i != j]
+    off = [
+        seen_from(x[:, i], x[:, j]) - seen_from(real.truth[:, i], real.truth[:, j])
+        for i, j in pairs
+    ]
+    return np.sqrt(np.nanmean([(e[:, :2] ** 2).sum(axis=1) for e in off]))
+
+
+readings = sum(len(log.seen) for log in real.logs)
+print(f"{real.logs[0].name}: {readings} readings in {real.times[-1] - real.times[0]:.0f} s")
+far = relative(dead_reckoned(real)), relative(x)
+print(f"relative position: odometry {far[0]:.2f} m, your filter {far[1]:.2f} m")
+
+# %% [markdown] tags=["hidden"]
+# ## Graded checks
+#
+# They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
+
+# %% id="setup-exam" tags=["setup", "hidden"]
+from labkit.grading.examine import Exam
+
+exam = Exam("05_observers")
+check = exam.check
+
+
+def anywhere(rng):
+    return np.array([*rng.uniform(-5, 5, 2), rng.uniform(-3.1, 3.1)])
+
+
+# %% id="grade-mean" tags=["hidden"] points=1 title="circular_mean: other angles, across ±180°"
+rng = exam.rng()
+exam.same(
+    circular_mean,
+    [(c + rng.normal(0, 0.5, 7),) for c in rng.uniform(-3.1, 3.1, 8)]
+    + [(np.pi + rng.normal(0, 0.3, 9),)],
+    "other angles",
+)
+print("passed")
+
+# %% id="grade-circles" tags=["hidden"] points=2 title="two_circles: observers on all sides"
+rng = exam.rng()
+pairs = []
+for _ in range(12):
+    o, P1 = anywhere(rng), rng.uniform(-2, 2, 2)
+    P2 = P1 + rng.uniform(1.5, 3) * np.array([np.cos(o[2]), np.sin(o[2])])
+    pairs.append((P1, h(o, np.array([*P1, 0])), P2, h(o, np.array([*P2, 0])), 0.01))
+exam.same(two_circles, pairs, "other observers")
+print("passed")
+
+# %% id="grade-jacobians" tags=["hidden"] points=2 title="jacobians: in all directions"
+rng = exam.rng()
+exam.same(jacobians, [(anywhere(rng), anywhere(rng)) for _ in range(12)], "other poses")
+print("passed")
+
+# %% id="grade-converted" tags=["hidden"] points=1 title="converted: other readings"
+rng = exam.rng()
+exam.same(
+    converted,
+    [(rng.uniform(1, 9), rng.uniform(-3, 3), rng.uniform(0.1, 0.6)) for _ in range(8)],
+    "other readings",
+)
+print("passed")
+
+# %% id="grade-force" tags=["hidden"] points=2 title="force: near and far from others"
+rng = exam.rng()
+exam.same(
+    force,
+    [(*rng.uniform(-1, 1, (3, 2)), rng.uniform(-1, 1, (k, 2))) for k in (0, 1, 2, 3, 4, 4)],
+    "other places",
+)
+print("passed")
+
+# %% [markdown]
+# ## Summary
+#
+# - Robots that see each other need no map to know where they are relative to one another.
+# - A turn and a shift of everything is unobservable: tell errors in a frame that does not care.
+# - Whoever moves needs its odometry in the prediction, observers as well.
+# - A formation lives in the common frame; that is enough.
+#
+# Save, and run `labkit check notebooks/05_observers.ipynb` in a terminal before you hand it in.
+#
+# ## Errata and references
+# - Slips of the paper, put right here: eq. (5) needs atan2; the two circles of section 1.1 do not always meet; the prediction (3) leaves out that observers move, and that a step is known in the robot's own frame only, so that its heading belongs into the state.
+# - F. E. Schneider, D. Wildermuth, on the use of relative positions in the navigation of groups of robots (in Russian), 2005: sections 1 (algorithm) and 2 (experiments).
+# - Y. Bar-Shalom, X.-R. Li, *Estimation and Tracking: Principles, Techniques and Software*, Artech House 1993.
+# - K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D point sets", IEEE PAMI 9(5), 1987.
+# - K. Leung, Y. Halpern, T. Barfoot, H. Liu, "The UTIAS multi-robot cooperative localization and mapping dataset", IJRR 30(8), 2011.

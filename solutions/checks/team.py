@@ -1,0 +1,279 @@
+"""Lab 5: observers, a common frame and a formation."""
+
+from labkit.checkspec import Check, Mistake, Right
+
+# fmt: off
+LAB = "05_observers"
+
+
+def case(id, title, look, name, *args):
+    return {"id": id, "title": title, "look": look, "calls": [[name, *args]]}
+
+
+MEAN = [
+    case("plain", "angles on one side", [""], "circular_mean", [0.1, 0.5, 2.6]),
+    case("west", "angles on both sides of 180 degrees", [""], "circular_mean", [3.0, -3.1, 2.8, -2.9]),
+    case("wide", "angles that are far apart", [""], "circular_mean", [0.2, 1.9, -1.1, 0.4]),
+]
+SUM = "np.arctan2(np.sum(np.sin(angles)), np.sum(np.cos(angles)))"
+MEAN_MISTAKES = [
+    Mistake("arithmetic", "This is the arithmetic mean: between 179 and -179 degrees it gives 0. Add the vectors (cos, sin) and take "
+            "the angle of the sum.",
+            [(SUM, "np.mean(angles)")]),
+    Mistake("wrapped-mean", "The arithmetic mean is wrapped, which does not help: add the vectors (cos, sin) first.",
+            [(SUM, "wrap(np.sum(angles))")], [(SUM, "np.mean(angles % (2 * np.pi))")]),
+    Mistake("swapped", "arctan2 takes the sine (y) first, then the cosine (x).",
+            [(SUM, "np.arctan2(np.sum(np.cos(angles)), np.sum(np.sin(angles)))")]),
+    Mistake("arctan", "arctan of the quotient cannot tell ahead from behind: use arctan2.",
+            [(SUM, "np.arctan(np.sum(np.sin(angles)) / np.sum(np.cos(angles)))")]),
+    Mistake("degrees", "The result is in degrees: it must be in radians.",
+            [(SUM, f"np.rad2deg({SUM})")]),
+]
+
+P1, P2 = [0.4, -0.3], [2.1, 0.5]
+
+
+def seen(o, p):
+    import numpy as np
+
+    d = np.array(p) - o[:2]
+    bearing = np.arctan2(d[1], d[0]) - o[2]
+    return [float(np.hypot(*d)), float(np.pi - (np.pi - bearing) % (2 * np.pi))]
+
+
+def circles(id, title, o, P1=P1, P2=P2, change=(0.0, 0.0), sigma=0.01):
+    z1, z2 = seen(o, P1), seen(o, P2)
+    z2 = [z2[0] + change[0], z2[1] + change[1]]
+    return case(id, title, [""], "two_circles", P1, z1, P2, z2, sigma)
+
+
+CIRCLES = [
+    circles("left", "an observer to the left of the way", [0.2, 3.1, -2.3]),
+    circles("right", "an observer to the right of the way", [2.9, -2.2, 2.4]),
+    circles("behind", "a heading near 180 degrees", [1.2, 3.0, 3.14], change=(0.0, 0.02)),
+    circles("noisy", "readings with a little noise", [0.2, 3.1, -2.3], change=(0.05, 0.01)),
+    circles("short", "a way of less than a metre", [0.2, 3.1, -2.3], P2=[1.0, 0.1]),
+    circles("apart", "circles that do not meet", [0.2, 3.1, -2.3], change=(3.0, 0.0)),
+    circles("straight", "bearings that hardly differ", [0.2, 3.1, -2.3], sigma=0.2),
+    circles("false", "a bearing that does not fit", [0.2, 3.1, -2.3], change=(0.0, 0.2)),
+]
+PAIR_END = "return np.array([O[0], O[1], heading]) if off <= 3 * np.sqrt(2) * sigma else UNKNOWN"
+CIRCLES_MISTAKES = [
+    Mistake("no-baseline", "Two points less than 1 m apart tell too little: return UNKNOWN.",
+            [("if b < 1:", "if False:")]),
+    Mistake("no-left-right", "Bearings that differ by less than 3 sqrt(2) sigma cannot tell left from right: return UNKNOWN.",
+            [("if c2 <= 0 or abs(measured) <= 3 * np.sqrt(2) * sigma:", "if c2 <= 0:"), (PAIR_END, "return np.array([O[0], O[1], heading]) if off <= max(3 * np.sqrt(2) * sigma, 0.05) else UNKNOWN")]),
+    Mistake("no-last-gate", "Readings that contradict each other are believed: if the predicted difference is more than 3 sqrt(2) sigma off, "
+            "return UNKNOWN.",
+            [(PAIR_END, "return np.array([O[0], O[1], heading])")]),
+    Mistake("other-side", "The wrong one of the two points is taken: the one whose predicted difference of bearings is closest to the "
+            "measured one.",
+            [("off, O, heading = min(found, key=lambda one: one[0])", "off, O, heading = max(found, key=lambda one: one[0])\n    off = 0")]),
+    Mistake("always-left", "Always the point to the left of the way is taken: the difference of the bearings tells which one it is.",
+            [("off, O, heading = min(found, key=lambda one: one[0])", "off, O, heading = found[0]\n    off = 0")]),
+    Mistake("a-sign", "The foot point is on the wrong side: a = (d1^2 - d2^2 + b^2) / (2 b).",
+            [("z1[0] ** 2 - z2[0] ** 2 + b**2", "z2[0] ** 2 - z1[0] ** 2 + b**2")]),
+    Mistake("a-halved", "a is not divided by 2 b: a = (d1^2 - d2^2 + b^2) / (2 b).",
+            [("/ (2 * b)", "/ 2 * b")]),
+    Mistake("heading-not-subtracted", "The heading is the direction to the robot *less* the bearing at which it is seen.",
+            [("circular_mean(to - np.array([z1[1], z2[1]]))", "circular_mean(to)")], ),
+    Mistake("heading-added", "The bearing is added: the heading is the direction to the robot less the bearing at which it is seen.",
+            [("circular_mean(to - np.array([z1[1], z2[1]]))", "circular_mean(to + np.array([z1[1], z2[1]]))")]),
+    Mistake("heading-arithmetic", "The two headings are averaged arithmetically: use circular_mean.",
+            [("circular_mean(to - np.array([z1[1], z2[1]]))", "np.mean(to - np.array([z1[1], z2[1]]))")]),
+    Mistake("from-robot", "The directions point from the robot to the observer: it is the observer that looks, so P - O.",
+            [("np.arctan2(*(P1 - O)[::-1]), np.arctan2(*(P2 - O)[::-1])", "np.arctan2(*(O - P1)[::-1]), np.arctan2(*(O - P2)[::-1])")]),
+]
+
+POSES = [("ahead", "a target ahead", [0.4, -0.7, 0.3], [2.1, 0.4, 1.0]), ("behind", "a target behind", [1.2, 0.5, -0.4], [-0.9, -1.1, 2.0]),
+         ("left", "a target to the left", [-0.5, 0.2, 2.5], [-0.8, 2.9, -1.0])]
+JACOBIANS = [case(id, title, ["H_o", "H_p"], "jacobians", o, p) for id, title, o, p in POSES]
+H_P, H_O = "[[dx / d, dy / d, 0], [-dy / q, dx / q, 0]]", "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, -1]]"
+JACOBIANS_MISTAKES = [
+    Mistake("swapped", "The two results are swapped: first the observer's, then the target's.",
+            [("return H_o, H_p", "return H_p, H_o")]),
+    Mistake("same-sign", "H_o has the sign of H_p: when the observer comes nearer, the range shrinks.",
+            [(H_O, "[[dx / d, dy / d, 0], [-dy / q, dx / q, -1]]")]),
+    Mistake("no-heading", "The observer's heading is missing: when it turns left by an angle, the bearing falls by as much, so the last "
+            "entry is -1.",
+            [(H_O, H_O.replace("-1]", "0]"))]),
+    Mistake("heading-sign", "The entry of the observer's heading is -1: turned left, it sees everything farther right.",
+            [(H_O, H_O.replace("-1]", "1]"))]),
+    Mistake("target-heading", "The target's heading is irrelevant: its column is 0.",
+            [(H_P, H_P.replace("dx / q, 0]", "dx / q, -1]"))]),
+    Mistake("r-for-q", "The bearing row is divided by the square of the range.",
+            [("q = dx**2 + dy**2\n    d = np.sqrt(q)", "q = np.hypot(dx, dy)\n    d = q")]),
+    Mistake("q-for-r", "The range row is divided by the range itself, not its square.",
+            [("d = np.sqrt(q)", "d = q")]),
+    Mistake("row-of-lab-3", "The signs are those of lab 3, where the robot moved: here H_p is of the target.",
+            [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]")]),
+    Mistake("bearing-columns", "The two entries of the bearing row have changed places: by x it holds dy, by y dx.",
+            [(H_P, "[[dx / d, dy / d, 0], [dx / q, -dy / q, 0]]")], [(H_P, "[[dx / d, dy / d, 0], [dx / q, dy / q, 0]]")]),
+    Mistake("transposed", "The Jacobians are transposed: (2, 3), a row for each of (range, bearing).",
+            [("return H_o, H_p", "return H_o.T, H_p.T")]),
+]
+
+CONVERTED = [
+    case("coarse", "a coarse sensor", [""], "converted", 4.0, 0.7, 0.4),
+    case("behind", "a bearing to the back", [""], "converted", 2.5, -2.4, 0.6),
+]
+POINT = "d * np.array([np.cos(alpha), np.sin(alpha)]) / np.exp(-(sigma**2) / 2)"
+CONVERTED_MISTAKES = [
+    Mistake("raw", "Nothing is debiased: divide by exp(-sigma^2 / 2).",
+            [(POINT, "d * np.array([np.cos(alpha), np.sin(alpha)])")]),
+    Mistake("multiplied", "Multiplied instead of divided: the mean of the points is too near, so each must move outward.",
+            [(POINT, POINT.replace("/ np.exp", "* np.exp"))]),
+    Mistake("no-half", "The exponent is sigma^2 / 2.",
+            [(POINT, POINT.replace("(sigma**2) / 2", "(sigma**2)"))]),
+    Mistake("sigma-not-squared", "The exponent is sigma *squared* / 2.",
+            [(POINT, POINT.replace("(sigma**2) / 2", "sigma / 2"))]),
+    Mistake("swapped", "cos and sin have changed places: x is ahead.",
+            [(POINT, POINT.replace("[np.cos(alpha), np.sin(alpha)]", "[np.sin(alpha), np.cos(alpha)]"))]),
+]
+
+ME, SLOT, V = [0.2, -0.4], [1.0, 0.3], [0.2, 0.05]
+FORCE = [
+    case("alone", "nobody near", [""], "force", ME, SLOT, V, [[2.0, 1.0], [-1.5, 1.0]]),
+    case("near", "one robot near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [2.0, 1.0]]),
+    case("two", "two robots near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [-0.3, -0.6]]),
+    case("edge", "a robot just outside rho_0", [""], "force", ME, SLOT, V, [[1.25, -0.4]]),
+]
+PUSH = "F = F + k_r * (1 / rho - 1 / rho_0) / rho**2 * (me - other) / rho"
+FORCE_MISTAKES = [
+    Mistake("attracts", "The others attract: n points from the other robot to me, me - other.",
+            [("* (me - other) / rho", "* (other - me) / rho")]),
+    Mistake("away-from-slot", "The slot repels: slot - me.",
+            [("k_a * (slot - me)", "k_a * (me - slot)")]),
+    Mistake("no-velocity", "The slot's velocity is missing: without it the follower lags behind.",
+            [("F = velocity + k_a", "F = k_a")]),
+    Mistake("no-limit", "Robots beyond rho_0 act too, and attract: only those nearer than rho_0 count.",
+            [("if rho < rho_0:", "if True:")]),
+    Mistake("n-not-unit", "n is not a unit vector: divide me - other by rho.",
+            [(PUSH, PUSH.removesuffix(" / rho"))]),
+    Mistake("no-square", "The push is divided by rho squared, apart from the rho of n.",
+            [(PUSH, PUSH.replace(" / rho**2", ""))]),
+    Mistake("no-difference", "The push is (1/rho - 1/rho_0), so that it begins at rho_0 without a jump.",
+            [(PUSH, PUSH.replace("(1 / rho - 1 / rho_0)", "1 / rho"))]),
+    Mistake("last-only", "Only one of the others pushes: add up their forces.",
+            [(PUSH, PUSH.replace("F = F +", "F = velocity + k_a * (slot - me) +"))]),
+    Mistake("constants", "The constants are used wrongly: k_a belongs to the slot, k_r to the others.",
+            [("F = velocity + k_a", "F = velocity + k_r"), ("F = F + k_r", "F = F + k_a")]),
+]
+
+X0 = [[0.1, -0.2, 0.3], [-4.0, 1.5, -0.4], [3.5, 2.5, -2.6]]
+P0 = [[0.04 if i == j else 0.006 if i // 3 == j // 3 else 0.002 for j in range(9)] for i in range(9)]
+NOISE = {"walk": 0.05, "side": 0.03, "turn": 0.06, "range": 0.08, "bearing": 0.03, "lateral": 0.04}
+U = [[0.5, 0.1, 0.2], [0.3, -0.05, -0.3], [0.0, 0.0, 0.0]]
+SEEN = {"a": [1, 0, 4.35, 0.09], "b": [2, 0, 4.4, 0.05], "back": [0, 1, 4.9, 2.2], "edge": [0, 1, 4.5, -3.12], "b2": [2, 0, 4.7, 0.2], "false": [1, 2, 2.0, 1.5]}
+
+
+def run(id, title, *calls, x0=X0, **options):
+    calls = [["predict", U] if call is None else ["update", {"readings": [SEEN[name] for name in call]}] for call in calls]
+    make = [[x0, P0, {"team_noise": NOISE}], options]
+    return {"id": id, "title": title, "look": ["x", "P", "d2"], "make": make, "calls": calls}
+
+
+EKF = [
+    run("predict", "predict, one step", None),
+    run("twice", "predict two steps, one heading across 180 degrees", None, None, x0=[[0.1, -0.2, 3.0], *X0[1:]]),
+    run("inflate", "another inflate", None, inflate=1.0),
+    run("empty", "update without a reading changes nothing", []),
+    run("one", "update with one reading", ["a"]),
+    run("self", "a reading of robot 0 itself", ["back"]),
+    run("two", "update with two readings, one after the other", ["a", "b"]),
+    run("false", "a false reading beside an honest one: the gate", ["false", "a"]),
+    run("gate", "another gate", ["b2", "a"], gate=0.3),
+    run("edge", "a bearing across 180 degrees", ["edge"], x0=[[0.1, -0.2, -0.35], *X0[1:]]),
+    run("again", "two updates, one after the other", ["a"], ["b"]),
+    run("both", "predict, then update", None, ["b", "back"]),
+]
+ADD_X, ADD_P = "x += [dx, dy, ui[2]]", "self.P = F @ self.P @ F.T + W @ Q @ W.T"
+GAIN, NEW_P, NEW_X = "K = np.linalg.solve(S, H @ self.P).T", "self.P = self.P - K @ S @ K.T", "self.x = self.x + (K @ nu).reshape(-1, 3)"
+BLOCKS = "H[:, here], H[:, there] = jacobians(self.x[i], self.x[j])"
+SIGMA = "sigma = np.array([self.noise.range, self.noise.of_bearing(expected[0])])"
+S = "S = H @ self.P @ H.T + np.diag(sigma**2)"
+EKF_MISTAKES = [
+    Mistake("paper", "Only robot 0 moves: every robot has its own odometry, observers too.",
+            [("for x, ui in zip(self.x, u):", "for x, ui in zip(self.x, np.concatenate([u[:1], 0 * u[1:]])):")]),
+    Mistake("world-frame", "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
+            [("dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]", "dx, dy = ui[0], ui[1]")]),
+    Mistake("f-identity", "F is the identity (or missing): a heading that is off carries the position astray when the robot drives.",
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")]),
+    Mistake("f-signs", "The last column of F is (-dy, dx): the derivative of a turned vector is the vector turned by 90 degrees.",
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")]),
+    Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
+            [("self.inflate * self.noise", "self.noise")]),
+    Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
+            [("self.noise.of_step(ui) ** 2", "self.noise.of_step(ui)")]),
+    Mistake("q-forgotten", "Q is missing in predict.",
+            [(ADD_P, "self.P = F @ self.P @ F.T")]),
+    Mistake("x-not-moved", "`predict` leaves the poses as they were.",
+            [(ADD_X, "pass")]),
+    Mistake("heading-not-wrapped", "A heading is outside (-pi, pi] after predict: wrap the third column.",
+            [("            " + ADD_X + "\n        self.x[:, 2] = wrap(self.x[:, 2])\n", "            " + ADD_X + "\n")]),
+    Mistake("observer-only", "H has only the observer's block: a reading depends on the target's pose as well.",
+            [(BLOCKS, "H[:, here] = jacobians(self.x[i], self.x[j])[0]")]),
+    Mistake("target-only", "H has only the target's block: a reading depends on the observer's pose as well.",
+            [(BLOCKS, "H[:, there] = jacobians(self.x[i], self.x[j])[1]")]),
+    Mistake("blocks-swapped", "The two blocks of H have changed places: i is the observer, j the target.",
+            [(BLOCKS, "H[:, there], H[:, here] = jacobians(self.x[i], self.x[j])")]),
+    Mistake("roles-swapped", "Observer and target are mixed up: in (i, j, z) robot i saw robot j.",
+            [("for i, j, z in seen:", "for j, i, z in seen:")]),
+    Mistake("not-wrapped", "The bearing innovation is not wrapped.",
+            [("            nu[1] = wrap(nu[1])\n", "")]),
+    Mistake("innovation-sign", "The correction points the wrong way: the innovation is z minus what is expected, and K nu is added.",
+            [("nu = z - expected", "nu = expected - z")]),
+    Mistake("r-not-squared", "R holds standard deviations: a covariance holds their squares.",
+            [(S, S.replace("sigma**2", "sigma"))]),
+    Mistake("r-order", "R is in the order (bearing, range): a reading is (range, bearing).",
+            [(S, S.replace("sigma**2", "sigma[::-1] ** 2"))]),
+    Mistake("no-gate", "There is no gate: readings with a d2 of self.gate or more are left out.",
+            [("if self.d2[-1] < self.gate:", "if True:")]),
+    Mistake("gate-fixed", "The gate is always 13.8: compare with `self.gate`.",
+            [("if self.d2[-1] < self.gate:", "if self.d2[-1] < 13.8:")]),
+    Mistake("d2-grows", "`self.d2` still holds those of the updates before: start each update with an empty list.",
+            [("        self.d2 = []\n        for i, j", "        for i, j")]),
+    Mistake("p-not-updated", "`update` leaves the covariance as it was.",
+            [(NEW_P, "pass")]),
+    Mistake("x-not-corrected", "`update` leaves the poses as they were.",
+            [(NEW_X, "pass")]),
+    Mistake("reshaped", "K nu is cut up the wrong way: robot i has three numbers in a row, so `.reshape(-1, 3)`.",
+            [(NEW_X, "self.x = self.x + (K @ nu).reshape(3, -1).T")]),
+]
+SEQUENCE = """class GroupEKF(GroupEKF):
+    def update(self, seen):
+        self.d2, n = [], self.x.size
+        for i, j, z in seen:
+            nu = z - h(self.x[i], self.x[j])
+            nu[1] = wrap(nu[1])
+            H = np.zeros((2, n))
+            H[:, 3 * i : 3 * i + 3], H[:, 3 * j : 3 * j + 3] = jacobians(self.x[i], self.x[j])
+            R = np.diag([self.noise.range**2, self.noise.of_bearing(h(self.x[i], self.x[j])[0]) ** 2])
+            S = H @ self.P @ H.T + R
+            self.d2.append(float(nu @ np.linalg.inv(S) @ nu))
+            if self.d2[-1] >= self.gate:
+                continue
+            K = self.P @ H.T @ np.linalg.inv(S)
+            self.x = self.x + (K @ nu).reshape(n // 3, 3)
+            self.x[:, 2] = wrap(self.x[:, 2])
+            A = np.eye(n) - K @ H
+            self.P = A @ self.P @ A.T + K @ R @ K.T
+"""
+
+CHECKS = [
+    Check("team-mean", LAB, "circular_mean", "function", MEAN,
+          [Right("complex", [(SUM, "np.angle(np.sum(np.exp(1j * np.asarray(angles))))")]), Right("mean", [(SUM, SUM.replace("np.sum(", "np.mean("))])],
+          MEAN_MISTAKES),
+    Check("team-circles", LAB, "two_circles", "function", CIRCLES, [Right("list", [(PAIR_END, PAIR_END.replace("np.array([O[0], O[1], heading])", "[*O, heading]"))])],
+          CIRCLES_MISTAKES),
+    Check("team-jacobians", LAB, "jacobians", "function", JACOBIANS, [Right("lists", [("return H_o, H_p", "return H_o.tolist(), H_p.tolist()")])],
+          JACOBIANS_MISTAKES),
+    Check("team-converted", LAB, "converted", "function", CONVERTED, [Right("times", [(POINT, POINT.replace("/ np.exp(-(sigma**2) / 2)", "* np.exp(sigma**2 / 2)"))])],
+          CONVERTED_MISTAKES),
+    Check("team-force", LAB, "force", "function", FORCE, [Right("norm", [("np.linalg.norm(me - other)", "np.hypot(*(me - other))")])],
+          FORCE_MISTAKES),
+    Check("team-ekf", LAB, "GroupEKF", "filter", EKF,
+          [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
+          EKF_MISTAKES),
+]
