@@ -8,14 +8,14 @@ from importlib import import_module
 
 from .hall import Route, Team, TeamNoise
 from .frame import align, frame_errors, laid, seen_from
-from .log import TeamLog, dead_reckoned, of_logs, replay
+from .log import TeamLog, dead_reckoned, delayed, of_logs, replay
 from .start import by_alignment
 
 # Widgets load on first use, as in labkit itself.
 _LAZY = {"explore": "widgets", "play": "widgets"}
 
 __all__ = [
-    "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "frame_errors", "laid", "of_logs",
+    "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "delayed", "frame_errors", "laid", "of_logs",
     "replay", *_LAZY, "seen_from",
 ]  # fmt: skip
 

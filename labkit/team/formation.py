@@ -11,6 +11,7 @@ from .log import TeamLog, member_log
 SLOTS = np.array([[-1.1, 0.9], [-1.1, -0.9]])  # [m] behind the leader, to its left and right: a triangle
 CRUISE, FASTEST = 0.25, 0.5  # [m/s] of the leader at best, of a follower at most
 SLOW_HEADING = 1.5  # [s] by which the formation's heading lags behind the leader's
+REACH = 0.3  # [m] a slot farther away pulls no harder than one at this distance
 FORMED = 0.15  # [m] every follower this near to its slot: the formation stands
 
 
@@ -113,7 +114,10 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
             velocity = ahead + rate * np.array([-arm[1], arm[0]])
             others = np.delete(x[:, :2], i, axis=0)
             commands[i] = steer(
-                x[i], np.asarray(force(x[i, :2], wanted[i - 1], velocity, others), dtype=float)
+                x[i],
+                np.asarray(
+                    force(x[i, :2], _within_reach(x[i, :2], wanted[i - 1]), velocity, others), dtype=float
+                ),
             )
         u = team.drive(commands)
         looks = team.look()
@@ -148,6 +152,12 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
         float(apart.min()),
         np.array(spread) if spread else None,
     )
+
+
+def _within_reach(me, slot):
+    """The slot, or a point on the way to it: a slot far away must not pull harder than another robot pushes."""
+    away = slot - me
+    return me + away * min(1.0, REACH / max(np.hypot(*away), 1e-9))
 
 
 def _worst(poses, heading):

@@ -1,6 +1,6 @@
 """What a team of robots did and saw of one another: one Log for each, with the same steps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -151,3 +151,21 @@ def of_logs(logs, ids=None, name="team"):
             sensor="rb", frame="robot", truth=log.truth[a : b + 1].copy(), name=log.name,
         ))  # fmt: skip
     return TeamLog(tuple(cut), ids, name)
+
+
+def delayed(log, steps=0, lost=0.0, rng=None):
+    """The same run with readings that arrive `steps` steps late, and of which the share `lost` never arrives.
+
+    rng: a numpy Generator, or a seed for one.  Raises ValueError for a delay or a share that cannot be.
+    """
+    if steps != int(steps) or steps < 0:
+        raise ValueError(f"steps must be a whole number, 0 or more, but it is {steps!r}")
+    if not 0 <= lost <= 1:
+        raise ValueError(f"lost must be a share from 0 to 1, but it is {lost!r}")
+    rng = np.random.default_rng(rng)
+    logs = []
+    for one in log.logs:
+        arrives = one.seen_step + int(steps)
+        here = (arrives < len(one)) & (rng.random(len(arrives)) >= lost)
+        logs.append(replace(one, seen_step=arrives[here], seen_id=one.seen_id[here], seen=one.seen[here]))
+    return replace(log, logs=tuple(logs), name=f"{log.name}, {steps} steps late")

@@ -18,13 +18,19 @@ class PairFilters:
         self.x, self.P = np.array(poses, dtype=float), np.array(P, dtype=float)
         n = len(self.x)
         if self.x.shape != (n, 3) or self.P.shape != (n, 3, 3):
-            raise ValueError(f"poses must be (n, 3) and P (n, 3, 3), but they are {self.x.shape} and {self.P.shape}")
+            raise ValueError(
+                f"poses must be (n, 3) and P (n, 3, 3), but they are {self.x.shape} and {self.P.shape}"
+            )
         self.noise, self.gate, self.inflate = noise, gate, inflate
 
     def predict(self, target, observers):
         """Move by the odometry of the target (3,) and of the observers (n, 3) [m, m, rad]."""
-        u, v = np.broadcast_to(np.asarray(target, dtype=float), self.x.shape), np.asarray(observers, dtype=float)
-        c, s = np.cos(self.x[:, 2]), np.sin(self.x[:, 2])
+        u, v = (
+            np.broadcast_to(np.asarray(target, dtype=float), self.x.shape),
+            np.asarray(observers, dtype=float),
+        )
+        heading = self.x[:, 2]
+        c, s = np.cos(heading), np.sin(heading)
         px = self.x[:, 0] + c * u[:, 0] - s * u[:, 1] - v[:, 0]
         py = self.x[:, 1] + s * u[:, 0] + c * u[:, 1] - v[:, 1]
         # The observer's own step takes its frame along: what it saw is now seen from the new place, turned back.
@@ -37,7 +43,13 @@ class PairFilters:
         dx, dy = -s * u[:, 0] - c * u[:, 1], c * u[:, 0] - s * u[:, 1]
         F[:, 0, 2], F[:, 1, 2] = cv * dx + sv * dy, cv * dy - sv * dx
         W = np.zeros((n, 3, 3))  # of the target's odometry
-        W[:, 0, 0], W[:, 0, 1], W[:, 1, 0], W[:, 1, 1], W[:, 2, 2] = cv * c + sv * s, sv * c - cv * s, cv * s - sv * c, cv * c + sv * s, 1
+        W[:, 0, 0], W[:, 0, 1], W[:, 1, 0], W[:, 1, 1], W[:, 2, 2] = (
+            cv * c + sv * s,
+            sv * c - cv * s,
+            cv * s - sv * c,
+            cv * c + sv * s,
+            1,
+        )
         V = np.zeros((n, 3, 3))  # of the observer's
         V[:, 0, 0], V[:, 0, 1], V[:, 1, 0], V[:, 1, 1], V[:, 2, 2] = -cv, -sv, sv, -cv, -1
         V[:, 0, 2], V[:, 1, 2] = y, -x

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import root, wrap
 
 
 class TeamParticles:
@@ -46,7 +46,9 @@ class TeamParticles:
                 self._weigh(i - 1, z)
         if 1 / (self.w @ self.w) < self.m / 2:
             start = self.rng.random() / self.m
-            which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.m) / self.m).clip(max=self.m - 1)
+            which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.m) / self.m).clip(
+                max=self.m - 1
+            )
             self.particles, self.observers = self.particles[which], self.observers[which]
             self.covariances, self.w = self.covariances[which], np.full(self.m, 1 / self.m)
 
@@ -71,6 +73,11 @@ class TeamParticles:
         self.covariances[good, i] = (P - K @ HP)[good]
         self.w = self.w * likelihood
         self.w = self.w / self.w.sum()
+
+    def draws(self, i):
+        """Poses (m, 3) of observer i, 1 or more: one from the small filter in each particle."""
+        noise = self.rng.standard_normal((self.m, 3))
+        return self.observers[:, i - 1] + np.einsum("mab,mb->ma", root(self.covariances[:, i - 1]), noise)
 
     @property
     def x(self):

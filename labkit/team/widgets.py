@@ -39,13 +39,18 @@ class _Explorer:
     def __init__(self, started, scenario, sliders, seed):
         self.started, self.scenario, self.seed = started, scenario, seed
         options = {"style": {"description_width": "150px"}, "layout": w.Layout(width="430px")}
-        self._sliders = {name: w.FloatLogSlider(step=0.02, readout_format=".3g", **SLIDERS[name], **options) for name in sliders}
+        self._sliders = {
+            name: w.FloatLogSlider(step=0.02, readout_format=".3g", **SLIDERS[name], **options)
+            for name in sliders
+        }
         another = w.Button(description="Another run (new seed)", layout=w.Layout(width="auto"))
         another.on_click(self._next)
         self.note, self.screen = w.HTML(), Screen()
         self._record()
         self._build()
-        self.box = Kept([*self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text])
+        self.box = Kept(
+            [*self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text]
+        )
         for slider in self._sliders.values():
             slider.observe(lambda _: self._refresh(), "value")
         self._refresh()
@@ -61,11 +66,22 @@ class _Explorer:
         paths.set_title("Paths, after the best turn and shift", fontsize=11)
         n = self.log.n
         (self.truth,) = paths.plot([], [], "-", color=GREY, lw=2.5, alpha=0.5, label="truth")
-        self.lines = [paths.plot([], [], "--" if i == 0 else ".", color=COLORS[i], lw=1.2, ms=3)[0] for i in range(n)]
-        errors.set(xlim=(0, self.log.times[-1]), ylim=(0.2, 500), yscale="log", xlabel="time [s]", ylabel="error of robot 0 [cm]")
+        self.lines = [
+            paths.plot([], [], "--" if i == 0 else ".", color=COLORS[i], lw=1.2, ms=3)[0] for i in range(n)
+        ]
+        errors.set(
+            xlim=(0, self.log.times[-1]),
+            ylim=(0.2, 500),
+            yscale="log",
+            xlabel="time [s]",
+            ylabel="error of robot 0 [cm]",
+        )
         errors.set_title("Errors", fontsize=11)
         kinds = [("gauge", ORANGE, ":"), ("aligned", BLUE, "-"), ("ego", VERMILION, "--")]
-        self.errors = {name: errors.plot([], [], style, color=color, lw=1.2, label=name)[0] for name, color, style in kinds}
+        self.errors = {
+            name: errors.plot([], [], style, color=color, lw=1.2, label=name)[0]
+            for name, color, style in kinds
+        }
         errors.legend(loc="upper left", fontsize=8, frameon=False, ncols=3)
         self.artists = [self.truth, *self.lines, *self.errors.values()]
         self.canvas.move(self)
@@ -88,7 +104,9 @@ class _Explorer:
         errors = frame_errors(x, truth)
         angle, shift = align(x[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
         seen = laid(x, angle, shift)
-        self.truth.set_data(*np.concatenate([truth[:, i, :2] for i in range(self.log.n)] + [[[np.nan, np.nan]]]).T)
+        self.truth.set_data(
+            *np.concatenate([truth[:, i, :2] for i in range(self.log.n)] + [[[np.nan, np.nan]]]).T
+        )
         gaps = [np.vstack([truth[:, i, :2], [[np.nan, np.nan]]]) for i in range(self.log.n)]
         self.truth.set_data(*np.concatenate(gaps).T)
         for i, line in enumerate(self.lines):
@@ -121,4 +139,8 @@ def play(run, interval=80, most=150):
     w.jslink((player, "value"), (slider, "value"))
     slider.observe(lambda change: show(change["new"]), "value")
     show(0)
-    return Kept([w.HBox([player, slider]), screen.image, screen.text], lambda: last, f"{len(run.log)} steps of {run.log.name}")
+    return Kept(
+        [w.HBox([player, slider]), screen.image, screen.text],
+        lambda: last,
+        f"{len(run.log)} steps of {run.log.name}",
+    )

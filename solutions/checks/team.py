@@ -203,7 +203,7 @@ EKF_MISTAKES = [
             [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
             [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")]),
     Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
-            [("self.inflate * self.noise", "self.noise")]),
+            [("self.inflate * self.noise.of_step(ui)", "self.noise.of_step(ui)")]),
     Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
             [("self.noise.of_step(ui) ** 2", "self.noise.of_step(ui)")]),
     Mistake("q-forgotten", "Q is missing in predict.",
