@@ -24,7 +24,7 @@ from labkit.team.bound import least_squares
 from labkit.team.formation import WAY, run, slots, triangle
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
-from team_answers import answer, started
+from team_answers import answer, start_errors, started
 
 WHITE = dataclasses.replace(TeamNoise(), scale=0.0, turn_scale=0.0, drift=0.0)
 EXACT = TeamNoise(*[0.0] * 9)
@@ -137,18 +137,7 @@ def test_what_is_seen_from_a_robot_is_what_it_would_have_to_walk():
 
 @pytest.mark.parametrize("scenario", [scenarios.cross, scenarios.rectangle])
 def test_the_start_is_within_13_cm_and_one_degree(scenario):
-    off = []
-    for seed in range(30):
-        log = scenario(rng=seed)
-        track = dead_reckoned(log, np.zeros((log.n, 3)))[:, 0]
-        way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
-        for i in range(1, log.n):
-            one = log.logs[i]
-            early = way[one.seen_step] < 3.3
-            pose, _ = by_alignment(track[one.seen_step[early] + 1, :2], *one.seen[early].T)
-            e = pose - seen_from(log.truth[0, 0], log.truth[0, i])
-            off.append([np.hypot(*e[:2]), wrap(e[2])])
-    rms = np.sqrt(np.mean(np.square(off), axis=0))
+    rms = start_errors(scenario, 30)
     assert rms[0] < 0.13 and rms[1] < np.deg2rad(1.1)
 
 

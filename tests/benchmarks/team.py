@@ -14,10 +14,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from team_answers import answer, started  # noqa: E402
+from team_answers import answer, start_errors, started  # noqa: E402
 
 from labkit import metrics, wrap  # noqa: E402
-from labkit.team import TeamNoise, by_alignment, dead_reckoned, frame_errors, replay, scenarios, seen_from  # noqa: E402
+from labkit.team import TeamNoise, dead_reckoned, frame_errors, replay, scenarios, seen_from  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
@@ -29,18 +29,7 @@ CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower st
 
 def start(runs):
     for scenario in (scenarios.cross, scenarios.rectangle):
-        off = []
-        for seed in range(runs):
-            log = scenario(rng=seed)
-            track = dead_reckoned(log, np.zeros((log.n, 3)))[:, 0]
-            way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
-            for i in range(1, log.n):
-                one = log.logs[i]
-                early = way[one.seen_step] < 3.3
-                pose, _ = by_alignment(track[one.seen_step[early] + 1, :2], *one.seen[early].T)
-                e = pose - seen_from(log.truth[0, 0], log.truth[0, i])
-                off.append([np.hypot(*e[:2]), wrap(e[2])])
-        far, turned = np.sqrt(np.mean(np.square(off), axis=0))
+        far, turned = start_errors(scenario, runs)
         print(
             f"start after 3.3 m, {scenario.__name__}: {100 * far:.1f} cm, {np.rad2deg(turned):.2f} degrees rms (at most 13, 1.0)"
         )
