@@ -13,7 +13,7 @@
 # - turn a range and a bearing into a point without a systematic error;
 # - steer robots in a formation by forces, in the frame that they built themselves.
 #
-# **You will write** `circular_mean`, `two_circles`, `jacobians`, the class `GroupEKF`, `converted`, `force` and, if you like, the classes `FastEKF` and `Patient`.
+# **You will write** `circular_mean`, `two_circles`, `jacobians`, the class `GroupEKF`, `converted`, `force` and, if you like, the classes `FastEKF`, `Patient` and `InvariantEKF`.
 
 # %% [markdown]
 # ## Symbols
@@ -830,6 +830,101 @@ print(f"{real.logs[0].name}: {readings} readings in {real.times[-1] - real.times
 far = relative(dead_reckoned(real)), relative(x)
 print(f"relative position: odometry {far[0]:.2f} m, your filter {far[1]:.2f} m")
 
+# %% [markdown]
+# ## 12. Advanced: a coarse start (an open exercise)
+#
+# Suppose that the observers' headings are known to ±60° only. The first readings then move the estimate far, each Jacobian is taken somewhere else, and the filter believes to learn something about the frame as a whole, which nobody can: it becomes too sure. The cure of the last decade is to write the error differently. Instead of
+# $\delta x = x - \hat x$, robot by robot, take $\xi$ with $x = \operatorname{Exp}(\xi)\,\hat x$: a turn by $\xi_\theta$ *about the origin* and a shift. To first order $\delta x = T\,\xi$ with blocks
+#
+# $$ T_i = \begin{bmatrix} 1 & 0 & -y_i \\ 0 & 1 & x_i \\ 0 & 0 & 1 \end{bmatrix}. $$
+#
+# A turn of everything is now the *same* $\xi$ for all robots, wherever the estimate is, and that makes the filter (an *invariant* EKF) keep what it cannot know. Three things change: $F$ is the identity, $H$ becomes $HT$, and $x \leftarrow \operatorname{Exp}(K\nu)\,x$. The covariance of ξ starts as $T^{-1} P_0 T^{-\top}$, and the noise comes in as
+# $T^{-1} W Q W^\top T^{-\top}$.
+#
+# ### Exercise 9 · `InvariantEKF`
+# Write `predict` and `update` with `self.P_xi`, the covariance of ξ. `turned_about_origin(x, xi)` is Exp(ξ) x; `self.frame()` is T.
+
+
+# %% id="answer-invariant" tags=["answer"]
+def turned_about_origin(x, xi):
+    """Given: poses (n, 3) after the turns and shifts xi (n, 3): Exp(xi) x."""
+    t = np.where(np.abs(xi[:, 2]) < 1e-8, 1e-8, xi[:, 2])
+    c, s = np.cos(t), np.sin(t)
+    a, b = s / t, (1 - c) / t
+    px = c * x[:, 0] - s * x[:, 1] + a * xi[:, 0] - b * xi[:, 1]
+    py = s * x[:, 0] + c * x[:, 1] + b * xi[:, 0] + a * xi[:, 1]
+    return np.column_stack([px, py, wrap(x[:, 2] + xi[:, 2])])
+
+
+class InvariantEKF(GroupEKF):
+    """The joint filter, with the covariance of xi in place of that of the poses."""
+
+    def __init__(self, x0, P0, noise, gate=13.8, inflate=4.0):
+        super().__init__(x0, P0, noise, gate, inflate)
+        back = np.linalg.inv(self.frame())
+        self.P_xi = back @ np.array(P0) @ back.T
+
+    def frame(self):
+        """Given: T (3n, 3n) at the present estimate."""
+        return block_diag(*([[1, 0, -y], [0, 1, x], [0, 0, 1]] for x, y, _ in self.x))
+
+    P = property(
+        lambda self: self.frame() @ self.P_xi @ self.frame().T, lambda self, P: None
+    )
+
+    def predict(self, u):
+        """Move every robot by its odometry: u (n, 3)."""
+        ### BEGIN SOLUTION
+        noisy = []
+        for theta, ui in zip(self.x[:, 2], u):
+            c, s = np.cos(theta), np.sin(theta)
+            into = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            noisy.append(
+                self.inflate * into @ np.diag(np.square(self.noise.of_step(ui))) @ into.T
+            )
+        self.x = moved(self.x, u)
+        back = np.linalg.inv(self.frame())
+        self.P_xi = self.P_xi + back @ block_diag(*noisy) @ back.T
+        ### END SOLUTION
+
+    def update(self, seen):
+        """Correct all poses with the readings (i, j, z) of this step."""
+        ### BEGIN SOLUTION
+        self.d2 = []
+        for who, whom, z in seen:
+            expected = h(self.x[who], self.x[whom])
+            off = np.array([z[0] - expected[0], wrap(z[1] - expected[1])])
+            H = np.zeros((2, len(self.x), 3))
+            H[:, who], H[:, whom] = jacobians(self.x[who], self.x[whom])
+            H = H.reshape(2, -1) @ self.frame()
+            R = np.diag([self.noise.range, self.noise.of_bearing(expected[0])]) ** 2
+            S = H @ self.P_xi @ H.T + R
+            self.d2.append(off @ np.linalg.solve(S, off))
+            if self.gate > self.d2[-1]:
+                gain = np.linalg.solve(S, H @ self.P_xi).T
+                self.x = turned_about_origin(self.x, (gain @ off).reshape(-1, 3))
+                P = self.P_xi - gain @ S @ gain.T
+                self.P_xi = (P + P.T) / 2
+        ### END SOLUTION
+
+
+# %% tags=["nbval-ignore-output"]
+coarse = np.tile([0.5, 0.5, np.deg2rad(60)], (3, 1))
+coarse[0] = 1e-6
+values = {"EKF": [], "invariant EKF": []}
+for seed in progress(range(10)):
+    log = scenarios.cross(rng=seed, noise=white)
+    x0 = log.truth[0] + coarse * np.random.default_rng(seed + 99).standard_normal((3, 3))
+    for name, KF in zip(values, (GroupEKF, InvariantEKF)):
+        x, P = replay(KF(x0, np.diag(coarse.ravel() ** 2), white, np.inf, 1.0), log)
+        e = x[-1] - log.truth[-1]
+        e[:, 2] = wrap(e[:, 2])
+        values[name].append(
+            e.ravel() @ np.linalg.solve(P[-1] + 1e-12 * np.eye(9), e.ravel()) / 9
+        )
+for name, nees in values.items():
+    print(f"{name:14s} NEES per dimension at the end: {np.mean(nees):.2f} (1 is honest)")
+
 # %% [markdown] tags=["hidden"]
 # ## Graded checks
 #
@@ -904,5 +999,6 @@ print("passed")
 # - Slips of the paper, put right here: eq. (5) needs atan2; the two circles of section 1.1 do not always meet; the prediction (3) leaves out that observers move, and that a step is known in the robot's own frame only, so that its heading belongs into the state.
 # - F. E. Schneider, D. Wildermuth, on the use of relative positions in the navigation of groups of robots (in Russian), 2005: sections 1 (algorithm) and 2 (experiments).
 # - Y. Bar-Shalom, X.-R. Li, *Estimation and Tracking: Principles, Techniques and Software*, Artech House 1993.
+# - A. Barrau, S. Bonnabel, "The invariant extended Kalman filter as a stable observer", IEEE Transactions on Automatic Control 62(4), 2017.
 # - K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D point sets", IEEE PAMI 9(5), 1987.
 # - K. Leung, Y. Halpern, T. Barfoot, H. Liu, "The UTIAS multi-robot cooperative localization and mapping dataset", IJRR 30(8), 2011.
