@@ -877,14 +877,14 @@ class InvariantEKF(GroupEKF):
         ### BEGIN SOLUTION
         noisy = []
         for theta, ui in zip(self.x[:, 2], u):
-            c, s = np.cos(theta), np.sin(theta)
-            into = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            cos, sin = np.cos(theta), np.sin(theta)
+            into = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
             noisy.append(
                 self.inflate * into @ np.diag(np.square(self.noise.of_step(ui))) @ into.T
             )
         self.x = moved(self.x, u)
-        back = np.linalg.inv(self.frame())
-        self.P_xi = self.P_xi + back @ block_diag(*noisy) @ back.T
+        to_xi = np.linalg.inv(self.frame())
+        self.P_xi = self.P_xi + to_xi @ block_diag(*noisy) @ to_xi.T
         ### END SOLUTION
 
     def update(self, seen):
