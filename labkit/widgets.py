@@ -196,13 +196,17 @@ def play(run, log, interval=80, most=200):
         seen = f" · {log.count[k - 1]} landmarks in view" if k else ""
         screen.show(frames[i], f"step {k} of {len(log)} · {log.times[k] - log.times[0]:.2f} s{far}{seen}")
 
-    player = w.Play(min=0, max=len(steps) - 1, interval=interval, show_repeat=False)
-    slider = w.IntSlider(0, 0, len(steps) - 1, description="frame", readout=False)
-    w.jslink((player, "value"), (slider, "value"))
+    return player(screen, len(steps), show, lambda: last, f"{len(log)} steps of {log.name}", interval)
+
+
+def player(screen, count, show, picture, text, interval):
+    """Play, pause and a slider over `count` frames; show(i) puts the i-th on the screen."""
+    clock = w.Play(min=0, max=count - 1, interval=interval, show_repeat=False)
+    slider = w.IntSlider(0, 0, count - 1, description="frame", readout=False)
+    w.jslink((clock, "value"), (slider, "value"))
     slider.observe(lambda change: show(change["new"]), "value")
     show(0)
-    text = f"{len(log)} steps of {log.name}"
-    return Kept([w.HBox([player, slider]), screen.image, screen.text], lambda: last, text)
+    return Kept([w.HBox([clock, slider]), screen.image, screen.text], picture, text)
 
 
 def progress(items, label="runs"):

@@ -80,6 +80,10 @@ def _broken(path, kidnapped):
     return np.insert(path, [k + 1 for k in kidnapped], np.nan, axis=0)
 
 
+def _legend_below(ax):
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
+
+
 class DistancePanel:
     """Error of the position and of the heading over time."""
 
@@ -90,14 +94,7 @@ class DistancePanel:
         (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
         (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
         self.artists = [self.kidnap, self.heading, self.distance]
-        ax.legend(
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.2),
-            ncols=3,
-            fontsize=8,
-            frameon=False,
-            columnspacing=1.0,
-        )
+        _legend_below(ax)
 
     def show(self, log, history):
         error, (low, high) = metrics.errors(history, log), self.distance.axes.get_ylim()
@@ -120,14 +117,7 @@ class SurprisePanel:
         (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
         (self.find,) = ax.plot([], [], "|", color=VERMILION, ms=9, mew=1.5, label="grid at work")
         self.artists = [self.dots, self.bound, self.find]
-        ax.legend(
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.2),
-            ncols=3,
-            fontsize=8,
-            frameon=False,
-            columnspacing=1.0,
-        )
+        _legend_below(ax)
 
     def show(self, times, d2, bound, finding):
         low, high = self.dots.axes.get_ylim()

@@ -10,7 +10,7 @@ from .. import metrics
 from ..canvas import Canvas
 from ..feedback import FilterError
 from ..log import make_filter, replay
-from ..widgets import Kept, Screen
+from ..widgets import Kept, Screen, player
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
 from .noise import PRESETS
@@ -199,14 +199,7 @@ def play(localizers, log, interval=100, most=150):
         )
     last = canvas.png()
 
-    def show(i):
-        screen.show(frames[i], texts[i])
-
-    player = w.Play(min=0, max=len(steps) - 1, interval=interval, show_repeat=False)
-    slider = w.IntSlider(0, 0, len(steps) - 1, description="frame", readout=False)
-    w.jslink((player, "value"), (slider, "value"))
-    slider.observe(lambda change: show(change["new"]), "value")
-    show(0)
-    return Kept(
-        [w.HBox([player, slider]), screen.image, screen.text], lambda: last, f"{len(log)} steps of {log.name}"
-    )
+    return player(
+        screen, len(steps), lambda i: screen.show(frames[i], texts[i]), lambda: last,
+        f"{len(log)} steps of {log.name}", interval,
+    )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from ..canvas import Canvas
 from ..feedback import FilterError
 from ..plots import BLUE, GREY, ORANGE, VERMILION
-from ..widgets import Kept, Screen
+from ..widgets import Kept, Screen, player
 from . import scenarios
 from .frame import align, frame_errors, laid
 from .log import replay
@@ -104,9 +104,6 @@ class _Explorer:
         errors = frame_errors(x, truth)
         angle, shift = align(x[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
         seen = laid(x, angle, shift)
-        self.truth.set_data(
-            *np.concatenate([truth[:, i, :2] for i in range(self.log.n)] + [[[np.nan, np.nan]]]).T
-        )
         gaps = [np.vstack([truth[:, i, :2], [[np.nan, np.nan]]]) for i in range(self.log.n)]
         self.truth.set_data(*np.concatenate(gaps).T)
         for i, line in enumerate(self.lines):
@@ -131,16 +128,7 @@ def play(run, interval=80, most=150):
         texts.append(f"{run.log.times[k]:.1f} s · largest distance from a slot {100 * run.error[k]:.0f} cm")
     last = canvas.png()
 
-    def show(i):
-        screen.show(frames[i], texts[i])
-
-    player = w.Play(min=0, max=len(steps) - 1, interval=interval, show_repeat=False)
-    slider = w.IntSlider(0, 0, len(steps) - 1, description="frame", readout=False)
-    w.jslink((player, "value"), (slider, "value"))
-    slider.observe(lambda change: show(change["new"]), "value")
-    show(0)
-    return Kept(
-        [w.HBox([player, slider]), screen.image, screen.text],
-        lambda: last,
-        f"{len(run.log)} steps of {run.log.name}",
-    )
+    return player(
+        screen, len(steps), lambda i: screen.show(frames[i], texts[i]), lambda: last,
+        f"{len(run.log)} steps of {run.log.name}", interval,
+    )  # fmt: skip
