@@ -149,6 +149,13 @@ class Stand:
             self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more
         )
 
+    def replay_team(self, log, x0, P0, noise, options):
+        """{x, P} of the student's filter over a whole TeamLog, in one call; no truth goes along."""
+        fields = ("times", "controls", "seen_step", "seen_id", "seen")
+        members = [{name: getattr(one, name) for name in fields} for one in log.logs]
+        sent = {"members": members, "ids": list(log.ids), "x0": x0, "P0": P0, "noise": noise, "options": options}
+        return self.student.ask(self.__name__, do="replay_team", secret=True, name=self.__name__, **sent)
+
     def observe(self, data, secret):
         """The answer of `do_observe`: what the object does on a check's inputs."""
         return self.student.ask(self.__name__, do="observe", secret=secret, name=self.__name__, data=data)

@@ -30,7 +30,7 @@ MODULES = """
     mrclam mrclam_example mrclam_format notebook plots robot subjects widgets worker world
     legged/__init__ legged/field legged/fuzzygrid legged/hybrid legged/inputs legged/noise legged/particles legged/plots
     legged/race legged/restart legged/robot legged/trapezoid legged/triangulation legged/widgets
-    team/__init__ team/bound team/formation team/frame team/hall team/log team/pairs team/particles team/plots
+    team/__init__ team/bound team/converted team/formation team/frame team/hall team/log team/pairs team/particles team/plots
     team/scenarios team/start team/widgets
 """.split()
 MAINTAINERS = "build checkspec make_checks".split()  # of these students need none

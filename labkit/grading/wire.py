@@ -11,6 +11,7 @@ import numpy as np
 
 from ..legged.noise import Noise
 from ..legged.robot import Sighting
+from ..team.hall import TeamNoise
 from ..world import Landmark, Map
 
 LIMIT = 16_000_000  # bytes of one frame
@@ -82,6 +83,8 @@ def _plain(value, blobs):
         return {"array": [kind, list(value.shape)]}
     if isinstance(value, Noise):
         return {"noise": [_plain(vars(value), blobs)]}
+    if isinstance(value, TeamNoise):
+        return {"team_noise": [_plain(vars(value), blobs)]}
     if isinstance(value, Sighting):
         return {"sighting": [_plain(item, blobs) for item in (value.id, np.asarray(value.p, dtype=float), value.complete)]}
     if isinstance(value, Landmark):
@@ -122,8 +125,8 @@ def _rebuilt(stored, raw, used, depth):
         return Landmark._of(items[1], items[0])
     if kind == "sighting" and len(items) == 3 and np.shape(items[1]) == (2,) and isinstance(items[2], bool):
         return _sighting(items[1], items[0], items[2])
-    if kind == "noise" and len(items) == 1 and isinstance(items[0], dict):
-        return _noise(items[0])
+    if kind in ("noise", "team_noise") and len(items) == 1 and isinstance(items[0], dict):
+        return _noise(items[0], Noise if kind == "noise" else TeamNoise)
     if kind == "map" and all(isinstance(item, Landmark) for item in items):
         return Map(items)
     raise Garbage("an unknown kind of data came back")
@@ -136,9 +139,9 @@ def _sighting(p, name, complete):
         raise Garbage("a sighting without numbers came back") from None
 
 
-def _noise(fields):
+def _noise(fields, of=Noise):
     try:
-        return Noise(**fields)
+        return of(**fields)
     except (TypeError, ValueError):
         raise Garbage("a noise that cannot be came back") from None
 

@@ -7,15 +7,16 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 from importlib import import_module
 
 from .hall import Route, Team, TeamNoise
-from .frame import align, frame_errors, laid, seen_from
-from .log import TeamLog, dead_reckoned, delayed, of_logs, replay
+from .frame import align, frame_errors, laid, nees, seen_from
+from .log import FrameWarning, TeamLog, dead_reckoned, delayed, later, of_logs, replay
 from .start import by_alignment
 
 # Widgets load on first use, as in labkit itself.
 _LAZY = {"explore": "widgets", "play": "widgets"}
 
 __all__ = [
-    "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "delayed", "frame_errors", "laid", "of_logs",
+    "FrameWarning", "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "delayed", "frame_errors", "laid", "later",
+    "nees", "of_logs",
     "replay", *_LAZY, "seen_from",
 ]  # fmt: skip
 

@@ -13,24 +13,30 @@ CRUISE, FASTEST = 0.25, 0.5  # [m/s] of the leader at best, of a follower at mos
 SLOW_HEADING = 1.5  # [s] by which the formation's heading lags behind the leader's
 REACH = 0.3  # [m] a slot farther away pulls no harder than one at this distance
 FORMED = 0.15  # [m] every follower this near to its slot: the formation stands
+SETTLE = 9.0  # [s] in which what a turn has stirred up dies away
 
 
 @dataclass(frozen=True)
 class FormationRun:
     """A TeamLog with what the robots believed, poses (N+1, n, 3), and how the formation held.
 
-    error (N+1,) [m] the largest distance of a follower from its slot, by the true poses;  corners: the steps in
+    errors (N+1, n-1) [m] each follower's distance from its slot, by the true poses;  corners: the steps in
     which the leader began to turn;  finished: whether it came to its last way point;  least [m] the smallest
     distance of two robots;  covariances (N+1, 3n, 3n): of what they believed, or None.
     """
 
     log: TeamLog
     believed: np.ndarray
-    error: np.ndarray
+    errors: np.ndarray
     corners: tuple
     finished: bool
     least: float
     covariances: np.ndarray | None = None
+
+    @property
+    def error(self):
+        """(N+1,) [m] of the follower that is farthest from its slot."""
+        return self.errors.max(axis=1)
 
     @property
     def formed(self):
@@ -44,11 +50,17 @@ class FormationRun:
 
     @property
     def rms(self):
-        """[m] root mean square of the error from when it was formed, without the 9 s after each corner."""
-        calm = np.arange(len(self.error)) * DT > (0 if np.isnan(self.formed) else self.formed)
+        """[m] root mean square over all followers while the leader goes straight ahead.
+
+        The SETTLE seconds after the formation first stands and after each corner do not count.
+        """
+        if np.isnan(self.formed):
+            return np.nan
+        calm = np.ones(len(self.errors), dtype=bool)
+        calm[: round((self.formed + SETTLE) / DT)] = False
         for corner in self.corners:
-            calm[corner : corner + round(9 / DT)] = False
-        return float(np.sqrt(np.mean(self.error[calm] ** 2))) if calm.any() else np.nan
+            calm[corner : corner + round(SETTLE / DT)] = False
+        return float(np.sqrt(np.mean(self.errors[calm] ** 2))) if calm.any() else np.nan
 
 
 def _seconds(good):
@@ -56,15 +68,11 @@ def _seconds(good):
 
 
 def _after(error):
-    """Seconds until the error is below FORMED for good."""
+    """Seconds until the error is below FORMED for good; NaN if it never is."""
     bad = np.flatnonzero(error > FORMED)
-    return (
-        float((bad[-1] + 1) * DT)
-        if len(bad) and bad[-1] + 1 < len(error)
-        else 0.0
-        if not len(bad)
-        else np.nan
-    )
+    if not len(bad):
+        return 0.0
+    return float((bad[-1] + 1) * DT) if bad[-1] + 1 < len(error) else np.nan
 
 
 def slots(leader, heading, offsets=SLOTS):
@@ -82,12 +90,14 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
     way: points (2,) in the frame in which the leader starts at its own pose.
     """
     n, way = team.n, list(way)
+    if n != 1 + len(SLOTS):
+        raise ValueError(f"a triangle has a leader and {len(SLOTS)} followers, but the team has {n} robots")
     x = team.poses if estimator is None else np.array(estimator.x)
     truth, believed, odometry, seen = [team.poses], [x], [], [[] for _ in range(n)]
     spread = [] if estimator is None else [np.array(estimator.P)]
     heading = true_heading = x[0, 2]
     true_heading = team.poses[0, 2]
-    corners, errors, speed = [], [_worst(team.poses, true_heading)], 0.0
+    corners, errors, speed = [], [_from_slots(team.poses, true_heading)], 0.0
     blend = 1 - np.exp(-DT / SLOW_HEADING)
     for k in range(steps):
         before = heading
@@ -134,7 +144,7 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
         for i, j, z in looks:
             seen[i].append((k, j, *z))
         true_heading = true_heading + blend * wrap(team.poses[0, 2] - true_heading)
-        errors.append(_worst(team.poses, true_heading))
+        errors.append(_from_slots(team.poses, true_heading))
         if not way and commands[0].any() == 0 and k > 50 and worst < FORMED:
             break
     truth, odometry = np.array(truth), np.array(odometry)
@@ -160,8 +170,9 @@ def _within_reach(me, slot):
     return me + away * min(1.0, REACH / max(np.hypot(*away), 1e-9))
 
 
-def _worst(poses, heading):
-    return float(np.linalg.norm(poses[1:, :2] - slots(poses[0], heading), axis=1).max())
+def _from_slots(poses, heading):
+    """(n-1,) [m]"""
+    return np.linalg.norm(poses[1:, :2] - slots(poses[0], heading), axis=1)
 
 
 def steer(pose, velocity):

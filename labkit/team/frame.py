@@ -76,3 +76,19 @@ def frame_errors(poses, truth, who=0):
         np.linalg.norm(mine - due, axis=2).mean(axis=1),
         angle,
     )
+
+
+def nees(poses, covariances, truth, part=None):
+    """(N+1,) normalized estimation error squared, per dimension: 1 on average for a filter that is honest.
+
+    poses, truth (N+1, n, 3) in the same frame, covariances (N+1, 3n, 3n).
+    part: which of the 3n numbers to look at, by default all.
+    """
+    e = poses - truth
+    e[..., 2] = wrap(e[..., 2])
+    e = e.reshape(len(e), -1)
+    part = np.arange(e.shape[1]) if part is None else np.asarray(part)
+    e, P = e[:, part], covariances[:, part[:, None], part]
+    # The origin is known exactly: a micrometre and a microradian keep its rows regular.
+    solved = np.linalg.solve(P + 1e-12 * np.eye(len(part)), e[..., None])[..., 0]
+    return np.einsum("ki,ki->k", e, solved) / len(part)

@@ -1,5 +1,6 @@
 """What a team of robots did and saw of one another: one Log for each, with the same steps."""
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,10 +102,11 @@ def replay(kf, log):
     """Run a filter over a TeamLog: (poses (N+1, n, 3), covariances (N+1, 3n, 3n)).
 
     kf: any object with `predict(u)`, u (n, 3), `update(seen)`, a list of (observer, target, z), and the fields
-    x (n, 3) and P (3n, 3n).  Raises FilterError, with the step and the student's own line, if it raises, or if what
+    x (n, 3) and P (3n, 3n).  If it has `d2`, of the readings of the last update, and `gate`, a FrameWarning tells when
+    most readings contradict it.  Raises FilterError, with the step and the student's own line, if it raises, or if what
     it leaves in x and P is no estimate.
     """
-    n, k = log.n, -1
+    n, k, doubts = log.n, -1, np.zeros((len(log), 2))
     x, P = np.empty((len(log) + 1, n, 3)), np.empty((len(log) + 1, 3 * n, 3 * n))
     try:
         x[0], P[0] = kf.x, kf.P
@@ -112,6 +114,8 @@ def replay(kf, log):
             kf.predict(u)
             kf.update(seen)
             x[k + 1], P[k + 1] = kf.x, kf.P
+            d2 = np.asarray(getattr(kf, "d2", ()), dtype=float)
+            doubts[k] = len(d2), np.sum(d2 >= getattr(kf, "gate", np.inf))
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
@@ -127,7 +131,29 @@ def replay(kf, log):
         raise FilterError(
             f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number."
         )
+    _warn_of(doubts)
     return x, P
+
+
+class FrameWarning(UserWarning):
+    """The readings do not fit the estimate: it looks like a frame, but is not to be trusted."""
+
+
+def _warn_of(doubts, window=100, share=0.8):
+    """doubts (N, 2): how many readings each step had, and how many of them the gate left out."""
+    total, left_out = np.cumsum(doubts, axis=0).T
+    start = np.searchsorted(total, total - window)  # the last `window` readings and those of the same step
+    before = np.where(start > 0, start - 1, -1)
+    seen, out = (np.concatenate([c, [0.0]])[before] for c in (total, left_out))
+    bad = (total >= window) & (left_out - out > share * (total - seen))
+    if bad.any():
+        k = int(bad.argmax())
+        warnings.warn(
+            f"About step {k + 1} of {len(doubts)}, {100 * (left_out - out)[k] / (total - seen)[k]:.0f} % of the last readings "
+            "lie beyond the gate: from there on this frame is not to be trusted.",
+            FrameWarning,
+            stacklevel=3,
+        )
 
 
 def of_logs(logs, ids=None, name="team"):
@@ -141,16 +167,26 @@ def of_logs(logs, ids=None, name="team"):
     last = min(round(log.times[-1] * rate) for log in logs)
     if last <= first:
         raise ValueError("the logs share no time")
-    cut = []
-    for i, log in zip(ids, logs):
-        a = first - round(log.times[0] * rate)
-        b = a + last - first
-        here = (log.seen_step >= a) & (log.seen_step < b) & np.isin(log.seen_id, [j for j in ids if j != i])
-        cut.append(Log(
-            log.times[a : b + 1].copy(), log.controls[a:b].copy(), log.seen_step[here] - a, log.seen_id[here], log.seen[here].copy(), Map(),
-            sensor="rb", frame="robot", truth=log.truth[a : b + 1].copy(), name=log.name,
-        ))  # fmt: skip
+    firsts = [first - round(log.times[0] * rate) for log in logs]
+    cut = [_cut(log, a, a + last - first, [j for j in ids if j != i]) for i, log, a in zip(ids, logs, firsts)]
     return TeamLog(tuple(cut), ids, name)
+
+
+def later(log, first):
+    """The TeamLog from step `first` on.  Raises ValueError if there is no such step."""
+    if not 0 <= first < len(log):
+        raise ValueError(f"first must be a step from 0 to {len(log) - 1}, but it is {first}")
+    cut = [_cut(one, first, len(one), [j for j in log.ids if j != i]) for i, one in zip(log.ids, log.logs)]
+    return replace(log, logs=tuple(cut))
+
+
+def _cut(log, a, b, others):
+    """Steps a to b of one member's log, with what it saw of these others."""
+    here = (log.seen_step >= a) & (log.seen_step < b) & np.isin(log.seen_id, others)
+    return Log(
+        log.times[a : b + 1].copy(), log.controls[a:b].copy(), log.seen_step[here] - a, log.seen_id[here], log.seen[here].copy(), Map(),
+        sensor="rb", frame="robot", truth=None if log.truth is None else log.truth[a : b + 1].copy(), name=log.name,
+    )  # fmt: skip
 
 
 def delayed(log, steps=0, lost=0.0, rng=None):

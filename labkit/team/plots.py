@@ -17,13 +17,17 @@ def arrow(pose, size=0.35):
     return pose[:2] + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def draw_paths(ax, truth, believed=None, title="", what="estimate"):
-    """True paths (N+1, n, 3), in lines, and what was believed of them, dashed; robots where they end."""
+def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"):
+    """True paths (N+1, n, 3), in lines, and what was believed of them, dashed; robots where they end.
+
+    what, true: what the two are called in the legend.
+    """
     for i in range(truth.shape[1]):
-        color = COLORS[i % len(COLORS)]
-        ax.plot(*truth[:, i, :2].T, "-", color=GREY, lw=2.5, alpha=0.5, label="truth" if i == 0 else None)
+        ax.plot(*truth[:, i, :2].T, "-", color=GREY, lw=2.5, alpha=0.5, label=true if i == 0 else None)
         ax.plot(*arrow(truth[-1, i]).T, "-", color=GREY, lw=2, alpha=0.7)
-        if believed is not None:
+    if believed is not None:
+        for i in range(believed.shape[1]):
+            color = COLORS[i % len(COLORS)]
             ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=f"{what}, robot {i}")
             ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4)
     ax.set_aspect("equal")

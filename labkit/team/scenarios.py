@@ -7,6 +7,8 @@ from .hall import Route, Team
 CROSS = [(-3.5, 0), (0, 0), (0, 3.5), (0, 0), (3.5, 0), (0, 0), (0, -3.5), (0, 0)]
 RECTANGLE = [(-3, 2), (-3, -2), (3, -2), (3, 2)]  # the first side is 6 m, without a turn
 
+POSTS = [(-8.5, -7), (8.5, -7), (8.5, 7), (-8.5, 7)]
+
 
 def cross(rng=None, **more):
     """S1: robot 0 drives a cross; robots 1 and 2 stand and watch (the paper's figure 3)."""
@@ -15,11 +17,18 @@ def cross(rng=None, **more):
     return team.record(Route({0: CROSS}), 620, "two observers, a cross")
 
 
-def rectangle(rng=None, laps=3, probability=0.3, **more):
-    """S2: robot 0 drives round a rectangle, four robots watch; false readings in one quadrant (figure 4)."""
-    team = Team(
-        _four(), sees=[(i, 0) for i in range(1, 5)], rng=rng, spurious=(-4, -3, 4, 3, probability), **more
-    )
+def rectangle(rng=None, laps=3, probability=0.3, posts=False, **more):
+    """S2: robot 0 drives round a rectangle, four robots watch; false readings in one quadrant (figure 4).
+
+    posts: whether there are four posts in the corners of the hall, members 5 to 8, which robot 0 sees on all sides:
+    a map for comparison.
+    """
+    poses, sees = _four(), [(i, 0) for i in range(1, 5)]
+    if posts:
+        poses += [(x, y, 0) for x, y in POSTS]
+        sees += [(0, i) for i in range(5, 9)]
+        more = {"fov": 2 * np.pi, **more}
+    team = Team(poses, sees=sees, rng=rng, spurious=(-4, -3, 4, 3, probability), **more)
     return team.record(Route({0: RECTANGLE * laps}), 385 * laps, "four observers, a rectangle")
 
 

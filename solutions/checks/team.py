@@ -136,7 +136,7 @@ FORCE = [
     case("alone", "nobody near", [""], "force", ME, SLOT, V, [[2.0, 1.0], [-1.5, 1.0]]),
     case("near", "one robot near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [2.0, 1.0]]),
     case("two", "two robots near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [-0.3, -0.6]]),
-    case("edge", "a robot just outside rho_0", [""], "force", ME, SLOT, V, [[1.25, -0.4]]),
+    case("edge", "a robot just outside rho_0", [""], "force", ME, SLOT, V, [[1.95, -0.4]]),
 ]
 PUSH = "F = F + k_r * (1 / rho - 1 / rho_0) / rho**2 * (me - other) / rho"
 FORCE_MISTAKES = [
@@ -173,10 +173,11 @@ def run(id, title, *calls, x0=X0, **options):
     return {"id": id, "title": title, "look": ["x", "P", "d2"], "make": make, "calls": calls}
 
 
-EKF = [
+ACROSS = [[0.1, -0.2, 3.0], *X0[1:]]
+PAPER = [
     run("predict", "predict, one step", None),
-    run("twice", "predict two steps, one heading across 180 degrees", None, None, x0=[[0.1, -0.2, 3.0], *X0[1:]]),
-    run("inflate", "another inflate", None, inflate=1.0),
+    run("twice", "predict two steps, the heading across 180 degrees", None, None, x0=ACROSS),
+    run("inflate", "another inflate", None, inflate=9.0),
     run("empty", "update without a reading changes nothing", []),
     run("one", "update with one reading", ["a"]),
     run("self", "a reading of robot 0 itself", ["back"]),
@@ -187,31 +188,39 @@ EKF = [
     run("again", "two updates, one after the other", ["a"], ["b"]),
     run("both", "predict, then update", None, ["b", "back"]),
 ]
+EKF = [
+    run("predict", "predict, one step", None),
+    run("twice", "predict two steps, one heading across 180 degrees", None, None, x0=ACROSS),
+    run("inflate", "another inflate", None, inflate=1.0),
+]
 ADD_X, ADD_P = "x += [dx, dy, ui[2]]", "self.P = F @ self.P @ F.T + W @ Q @ W.T"
 GAIN, NEW_P, NEW_X = "K = np.linalg.solve(S, H @ self.P).T", "self.P = self.P - K @ S @ K.T", "self.x = self.x + (K @ nu).reshape(-1, 3)"
 BLOCKS = "H[:, here], H[:, there] = jacobians(self.x[i], self.x[j])"
-SIGMA = "sigma = np.array([self.noise.range, self.noise.of_bearing(expected[0])])"
+FIRST, SLIPS = "self.x[0, :2] += turn @ u[0, :2]", "self.P[:2, :2] += turn @ np.diag(slips) @ turn.T"
 S = "S = H @ self.P @ H.T + np.diag(sigma**2)"
-EKF_MISTAKES = [
-    Mistake("paper", "Only robot 0 moves: every robot has its own odometry, observers too.",
-            [("for x, ui in zip(self.x, u):", "for x, ui in zip(self.x, np.concatenate([u[:1], 0 * u[1:]])):")]),
-    Mistake("world-frame", "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
-            [("dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]", "dx, dy = ui[0], ui[1]")]),
-    Mistake("f-identity", "F is the identity (or missing): a heading that is off carries the position astray when the robot drives.",
-            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")]),
-    Mistake("f-signs", "The last column of F is (-dy, dx): the derivative of a turned vector is the vector turned by 90 degrees.",
-            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
-            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")]),
-    Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
-            [("self.inflate * self.noise.of_step(ui)", "self.noise.of_step(ui)")]),
-    Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
-            [("self.noise.of_step(ui) ** 2", "self.noise.of_step(ui)")]),
+PAPER_MISTAKES = [
+    Mistake("not-turned", "The step of robot 0 is added as it is: it is known in the robot's own frame, and has to be turned by its heading.",
+            [(FIRST, "self.x[0, :2] += u[0, :2]")]),
+    Mistake("turned-back", "The step is turned the wrong way: R has -sin at the upper right.",
+            [("[[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]", "[[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]]")]),
+    Mistake("heading-first", "The step is turned by the heading after it: take the heading before the step.",
+            [("theta = self.x[0, 2]", "theta = self.x[0, 2] + u[0, 2]"), ("wrap(theta + u[0, 2])", "wrap(theta)")]),
+    Mistake("heading-stays", "The heading of robot 0 stays as it was: add what it has turned.",
+            [("        self.x[0, 2] = wrap(theta + u[0, 2])\n", "")]),
+    Mistake("heading-not-wrapped", "The heading is outside (-pi, pi] after predict: wrap it.",
+            [("wrap(theta + u[0, 2])", "theta + u[0, 2]")]),
+    Mistake("others-move", "The others move too: in the paper's prediction only robot 0 does.",
+            [(FIRST, "self.x[:, :2] += u[:, :2] @ turn.T")]),
+    Mistake("q-not-turned", "Q is added as it is: along and across the way have to be turned by the heading, R Q R'.",
+            [(SLIPS, "self.P[:2, :2] += np.diag(slips)")]),
     Mistake("q-forgotten", "Q is missing in predict.",
-            [(ADD_P, "self.P = F @ self.P @ F.T")]),
-    Mistake("x-not-moved", "`predict` leaves the poses as they were.",
-            [(ADD_X, "pass")]),
-    Mistake("heading-not-wrapped", "A heading is outside (-pi, pi] after predict: wrap the third column.",
-            [("            " + ADD_X + "\n        self.x[:, 2] = wrap(self.x[:, 2])\n", "            " + ADD_X + "\n")]),
+            [(SLIPS, "pass")]),
+    Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
+            [("self.inflate * self.noise.of_step(u[0])[:2]", "self.noise.of_step(u[0])[:2]")]),
+    Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
+            [("self.noise.of_step(u[0])[:2] ** 2", "self.noise.of_step(u[0])[:2]")]),
+    Mistake("of-metre", "Q is taken for a metre or for another robot's step: use `self.noise.of_step(u[0])`.",
+            [("self.noise.of_step(u[0])[:2] ** 2", "np.array([self.noise.walk, self.noise.side]) ** 2")]),
     Mistake("observer-only", "H has only the observer's block: a reading depends on the target's pose as well.",
             [(BLOCKS, "H[:, here] = jacobians(self.x[i], self.x[j])[0]")]),
     Mistake("target-only", "H has only the target's block: a reading depends on the observer's pose as well.",
@@ -241,7 +250,28 @@ EKF_MISTAKES = [
     Mistake("reshaped", "K nu is cut up the wrong way: robot i has three numbers in a row, so `.reshape(-1, 3)`.",
             [(NEW_X, "self.x = self.x + (K @ nu).reshape(3, -1).T")]),
 ]
-SEQUENCE = """class GroupEKF(GroupEKF):
+EKF_MISTAKES = [
+    Mistake("paper", "Only robot 0 moves: every robot has its own odometry, observers too.",
+            [("for x, ui in zip(self.x, u):", "for x, ui in zip(self.x, np.concatenate([u[:1], 0 * u[1:]])):")]),
+    Mistake("world-frame", "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
+            [("dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]", "dx, dy = ui[0], ui[1]")]),
+    Mistake("f-identity", "F is the identity (or missing): a heading that is off carries the position astray when the robot drives.",
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")]),
+    Mistake("f-signs", "The last column of F is (-dy, dx): the derivative of a turned vector is the vector turned by 90 degrees.",
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
+            [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")]),
+    Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
+            [("self.inflate * self.noise.of_step(ui)", "self.noise.of_step(ui)")]),
+    Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
+            [("self.noise.of_step(ui) ** 2", "self.noise.of_step(ui)")]),
+    Mistake("q-forgotten", "Q is missing in predict.",
+            [(ADD_P, "self.P = F @ self.P @ F.T")]),
+    Mistake("x-not-moved", "`predict` leaves the poses as they were.",
+            [(ADD_X, "pass")]),
+    Mistake("heading-not-wrapped", "A heading is outside (-pi, pi] after predict: wrap the third column.",
+            [("            " + ADD_X + "\n        self.x[:, 2] = wrap(self.x[:, 2])\n", "            " + ADD_X + "\n")]),
+]
+SEQUENCE = """class PaperEKF(PaperEKF):
     def update(self, seen):
         self.d2, n = [], self.x.size
         for i, j, z in seen:
@@ -260,6 +290,21 @@ SEQUENCE = """class GroupEKF(GroupEKF):
             A = np.eye(n) - K @ H
             self.P = A @ self.P @ A.T + K @ R @ K.T
 """
+SLICES = """class GroupEKF(GroupEKF):
+    def predict(self, u):
+        for i, ui in enumerate(u):
+            a = slice(3 * i, 3 * i + 3)
+            c, s = np.cos(self.x[i, 2]), np.sin(self.x[i, 2])
+            W = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+            step = W @ ui
+            F = np.eye(3)
+            F[:2, 2] = -step[1], step[0]
+            self.P[a] = F @ self.P[a]
+            self.P[:, a] = self.P[:, a] @ F.T
+            self.P[a, a] += W @ np.diag(self.inflate * self.noise.of_step(ui) ** 2) @ W.T
+            self.x[i] += step
+            self.x[i, 2] = wrap(self.x[i, 2])
+"""
 
 CHECKS = [
     Check("team-mean", LAB, "circular_mean", "function", MEAN,
@@ -273,7 +318,8 @@ CHECKS = [
           CONVERTED_MISTAKES),
     Check("team-force", LAB, "force", "function", FORCE, [Right("norm", [("np.linalg.norm(me - other)", "np.hypot(*(me - other))")])],
           FORCE_MISTAKES),
-    Check("team-ekf", LAB, "GroupEKF", "filter", EKF,
+    Check("team-paper", LAB, "PaperEKF", "filter", PAPER,
           [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
-          EKF_MISTAKES),
+          PAPER_MISTAKES),
+    Check("team-ekf", LAB, "GroupEKF", "filter", EKF, [Right("slices", SLICES)], EKF_MISTAKES),
 ]
