@@ -399,7 +399,7 @@ for ax, (name, KF) in zip(
 plt.show()
 
 # %% [markdown]
-# (*Aligned* and *ego* are two ways to tell the error; section 6 says what they mean.) Watch the warning of the kit: the gate leaves out nearly all readings, for they contradict an estimate that is wrong.
+# (*Aligned* and *ego* are two ways to tell the error; section 6 says what they mean.) See the kit's warning: the gate leaves out what robots 1 and 3 report, for it contradicts an estimate that is wrong.
 #
 # And the whole chain, start included, without a look at the truth: section 2's alignment on the first 3.3 m, then your filter.
 
@@ -461,15 +461,15 @@ poses = {name: replay(kf, team)[0] for name, kf in runs.items()}
 reference = replay(on_map, with_posts)[0][:, :1]
 odometry = dead_reckoned(team)[:, :1]
 
-fig, axes = plt.subplots(
-    1, 3, figsize=(12, 4.2), layout="constrained", sharex=True, sharey=True
-)
+fig, axes = plt.subplots(1, 3, figsize=(12, 4.0), layout="constrained")
 draw_paths(axes[0], team.truth[:, :1], odometry, "a: odometry", what="odometry")
 draw_paths(axes[1], reference, poses["gate 13.8"], "b: your filter, with a map", true="with a map")
 draw_readings(axes[2], team, team.truth)
-axes[2].set(title="c: what the observers reported", aspect="equal", xlabel="x [m]")
-for ax in axes[:2]:
-    ax.legend(fontsize=8, frameon=False)
+axes[2].set_title("c: what the observers reported", fontsize=11)
+axes[2].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+for ax in axes:
+    ax.set(xlim=(-7, 7), ylim=(-5.5, 8))
+    ax.legend(fontsize=8, frameon=False, loc="upper center", ncol=2)
 plt.show()
 for name, x in poses.items():
     print(f"{name}: {100 * frame_errors(x, team.truth).aligned.mean():.1f} cm in the mean")
@@ -747,7 +747,8 @@ fig, axes = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
 for i, color in ((1, "#D55E00"), (2, "#009E73")):
     axes[0].plot(*early.draws(i)[:, :2].T, ".", ms=3, color=color, label=f"observer {i}")
 axes[0].plot(*early.particles[:, :2].T, ".", ms=3, color="#0072B2", label="robot 0")
-axes[0].set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title="figure 8: after 4 s")
+axes[0].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+axes[0].set_title("figure 8: after 4 s", fontsize=11)
 axes[0].legend(fontsize=8, frameon=False)
 errors = {}
 for name, one in (("your filter", kf), ("300 particles", pf)):
@@ -901,7 +902,7 @@ for lost in (0.0, 0.2, 0.5):
     print(f"{100 * lost:2.0f} % lost: frames differ by {100 * apart:4.1f} cm at most, {100 * ego:.1f} cm (ego)")
 
 # %% [markdown]
-# Without losses the frames agree to the last digit; with them, to a few centimetres, and who keeps a formation should know that. Now let them come late.
+# Without losses the frames agree to the last digit. With them they drift apart by centimetres, for each turns a little as a whole, which is felt most far out; what the robots believe of one another stays as good as it was. Now let readings come late.
 #
 # **Before you run it:** which is worse, half of the readings lost, or all of them one second late?
 

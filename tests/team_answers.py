@@ -16,12 +16,12 @@ def answer(name):
     return load_answer("05_observers", name, Path(__file__).resolve().parent.parent / "solutions")
 
 
-def started(log, seed, noise=TeamNoise(), **options):
-    """The solution's joint filter for a log, started with an error of 13 cm and 1 degree for all but robot 0."""
+def started(log, seed, noise=TeamNoise(), KF="GroupEKF", **options):
+    """A filter of the solution's for a log, started with an error of 13 cm and 1 degree for all but robot 0."""
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6
     x0 = log.truth[0] + sigma * np.random.default_rng(seed).standard_normal(sigma.shape)
-    return answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), noise, **options)
+    return answer(KF)(x0, np.diag(sigma.ravel() ** 2), noise, **options)
 
 
 def start_errors(scenario, runs, metres=3.3):

@@ -16,7 +16,9 @@ from labkit.checkspec import definitions
 from labkit.grading import levels, paper, proxy, run, sandbox, submission, wire
 from labkit.grading.examine import Exam
 from labkit.grading.records import ERROR, PASSED
+from labkit.grading.team import TeamExam
 from labkit.notebook import cells_of
+from labkit.team import TeamNoise, scenarios
 
 pytest.importorskip("nbval")
 TIME = {"call": 10, "total": 40}
@@ -129,7 +131,8 @@ def test_a_lab_is_whole_in_its_hidden_checks(lab):
     else:
         words = ("another map", "other noise", "single landmark", "nothing in view", "many landmarks", "NEES")
         if lab.startswith("05"):
-            words = ("other angles", "all sides", "all directions", "other readings", "near and far")
+            words = ("other angles", "all sides", "all directions", "other readings", "near and far", "false readings among",
+                     "all robots drive", "another gate", "without any reading", "NEES")  # fmt: skip
         if lab.startswith("04"):
             words = ("blind", "another walk", "other noise", "kidnapping", "NEES", "across", "other trapezoids", "other grids")
         assert all(word in titles for word in words)
@@ -145,6 +148,24 @@ def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
 
     assert draw(1, "Ada") == draw(1, "Ada")
     assert len({draw(1, "Ada"), draw(1, "Bela"), draw(2, "Ada")}) == 3
+
+
+def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
+    lab, log = "05_observers", scenarios.cross(rng=1)
+    sheet = paper.read(lab)
+    exam = TeamExam(lab)
+    student = proxy.Student(box, submission.assemble(sheet.released, cells_of(filled(lab))).cells, sheet.subjects)
+    told = log.truth[0], 0.01 * np.eye(9), TeamNoise()
+    try:
+        for KF in ("PaperEKF", "GroupEKF"):
+            (x, P), (due_x, due_P) = (
+                exam.team(of, log, *told, inflate=2.0) for of in (student.find(KF), exam.right(KF)[0])
+            )
+            np.testing.assert_allclose(x, due_x, atol=1e-9)
+            np.testing.assert_allclose(P, due_P, atol=1e-9)
+            assert exam.same_team(student.find(KF), log, *told)
+    finally:
+        student.end()
 
 
 @pytest.mark.parametrize(
@@ -196,7 +217,7 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
 DATA = [
     None, True, 3, 2.5, float("inf"), "text", "half \ud83d", [], [1, [2.0, "x"]], (1, (2, 3)), {"a": {"b": [1]}},
     np.eye(2), np.arange(3), np.array(2.5), np.zeros((0, 2)), np.array([True, False]), Landmark((1, 2), "six"),
-    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]),
+    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]), TeamNoise(walk=0.3), [(1, 0, np.array([2.0, 0.1]))],
 ]  # fmt: skip
 
 
@@ -208,7 +229,7 @@ def test_data_come_through_the_wire_as_they_are(value):
     if isinstance(value, np.ndarray):
         assert came.dtype == value.dtype and came.shape == value.shape
         np.testing.assert_array_equal(came, value)
-    elif isinstance(value, Landmark | Map):
+    elif isinstance(value, Landmark | Map) or value and isinstance(value, list):
         assert type(came) is type(value) and repr(came) == repr(value)
     else:
         assert came == (value if value != "half \ud83d" else "half ?")

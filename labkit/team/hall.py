@@ -57,7 +57,8 @@ class Team:
     """Robots that drive, and look at each other.
 
     poses (n, 3): where they start, world frame.  sees: pairs (observer, target) of positions in the list, by default
-    all.  fov: [rad] how wide a scanner looks ahead.  reach: [m].  spurious: (x, y, width, height, probability) of a
+    all.  fov: [rad] how wide scanners look ahead, of
+    all or of each (n,).  reach: [m].  spurious: (x, y, width, height, probability) of a
     region of the hall in which a reading is false with that probability.  dark: (first, last) steps without sight.
     rng: a numpy Generator, or a seed for one.
     """
@@ -83,7 +84,8 @@ class Team:
         if any(not (0 <= i < n and 0 <= j < n and i != j) for i, j in pairs):
             raise ValueError(f"sees must name two different robots from 0 to {n - 1} in each pair")
         self.noise, self.rng = noise or TeamNoise(), np.random.default_rng(rng)
-        self.sees, self.fov, self.reach, self.spurious, self.dark = pairs, fov, reach, spurious, dark
+        self.sees, self.fov = pairs, np.broadcast_to(np.asarray(fov, dtype=float), n)
+        self.reach, self.spurious, self.dark = reach, spurious, dark
         self.bias = self.rng.standard_normal((n, 3)) * [
             self.noise.scale,
             self.noise.turn_scale,
@@ -116,14 +118,14 @@ class Team:
         for i, j in self.sees:
             dx, dy = self.poses[j, :2] - self.poses[i, :2]
             r, bearing = np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - self.poses[i, 2])
-            if r > self.reach or abs(bearing) > self.fov / 2 or self._hidden(i, j, r):
+            if r > self.reach or abs(bearing) > self.fov[i] / 2 or self._hidden(i, j, r):
                 continue
             z = np.array([r, bearing]) + self.rng.standard_normal(2) * [
                 self.noise.range,
                 self.noise.of_bearing(r),
             ]
             if self.spurious and self._false(j):
-                z = np.array([self.rng.uniform(0.5, 8.0), self.rng.uniform(-self.fov / 2, self.fov / 2)])
+                z = np.array([self.rng.uniform(0.5, 8.0), self.rng.uniform(-1, 1) * self.fov[i] / 2])
             seen.append((i, j, np.array([max(z[0], 0.05), wrap(z[1])])))
         return seen
 

@@ -103,10 +103,10 @@ def replay(kf, log):
 
     kf: any object with `predict(u)`, u (n, 3), `update(seen)`, a list of (observer, target, z), and the fields
     x (n, 3) and P (3n, 3n).  If it has `d2`, of the readings of the last update, and `gate`, a FrameWarning tells when
-    most readings contradict it.  Raises FilterError, with the step and the student's own line, if it raises, or if what
+    an observer's readings contradict it.  Raises FilterError, with the step and the student's own line, if it raises, or if what
     it leaves in x and P is no estimate.
     """
-    n, k, doubts = log.n, -1, np.zeros((len(log), 2))
+    n, k, judged = log.n, -1, []
     x, P = np.empty((len(log) + 1, n, 3)), np.empty((len(log) + 1, 3 * n, 3 * n))
     try:
         x[0], P[0] = kf.x, kf.P
@@ -114,8 +114,7 @@ def replay(kf, log):
             kf.predict(u)
             kf.update(seen)
             x[k + 1], P[k + 1] = kf.x, kf.P
-            d2 = np.asarray(getattr(kf, "d2", ()), dtype=float)
-            doubts[k] = len(d2), np.sum(d2 >= getattr(kf, "gate", np.inf))
+            judged.append(getattr(kf, "d2", ()))
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
@@ -131,7 +130,7 @@ def replay(kf, log):
         raise FilterError(
             f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number."
         )
-    _warn_of(doubts)
+    _warn_of(judged, log, getattr(kf, "gate", np.inf))
     return x, P
 
 
@@ -139,21 +138,25 @@ class FrameWarning(UserWarning):
     """The readings do not fit the estimate: it looks like a frame, but is not to be trusted."""
 
 
-def _warn_of(doubts, window=100, share=0.8):
-    """doubts (N, 2): how many readings each step had, and how many of them the gate left out."""
-    total, left_out = np.cumsum(doubts, axis=0).T
-    start = np.searchsorted(total, total - window)  # the last `window` readings and those of the same step
-    before = np.where(start > 0, start - 1, -1)
-    seen, out = (np.concatenate([c, [0.0]])[before] for c in (total, left_out))
-    bad = (total >= window) & (left_out - out > share * (total - seen))
-    if bad.any():
-        k = int(bad.argmax())
-        warnings.warn(
-            f"About step {k + 1} of {len(doubts)}, {100 * (left_out - out)[k] / (total - seen)[k]:.0f} % of the last readings "
-            "lie beyond the gate: from there on this frame is not to be trusted.",
-            FrameWarning,
-            stacklevel=3,
-        )
+def _warn_of(judged, log, gate, window=100, share=0.8):
+    """judged: the d2 of each step's readings, as the filter kept them; any other list is no reason to warn."""
+    left_out = {i: [] for i in range(log.n)}  # of each observer's readings: (step, whether it is left out)
+    for k, (values, seen) in enumerate(zip(judged, log.seen())):
+        if np.shape(values) == (len(seen),):
+            for (i, _, _), d2 in zip(seen, values):
+                left_out[i].append((k + 1, not d2 < gate))
+    for i, found in left_out.items():
+        for last in range(window, len(found) + 1):
+            out = sum(out for _, out in found[last - window : last])
+            if out > share * window:
+                warnings.warn_explicit(
+                    f"up to step {found[last - 1][0]} of {len(log)}, {out} of {window} readings of robot {log.ids[i]} lie "
+                    "beyond the gate: from there on, this frame is not to be trusted",
+                    FrameWarning,
+                    filename="replay",
+                    lineno=found[last - 1][0],
+                )
+                break
 
 
 def of_logs(logs, ids=None, name="team"):

@@ -27,7 +27,7 @@ def rectangle(rng=None, laps=3, probability=0.3, posts=False, **more):
     if posts:
         poses += [(x, y, 0) for x, y in POSTS]
         sees += [(0, i) for i in range(5, 9)]
-        more = {"fov": 2 * np.pi, **more}
+        more = {"fov": [2 * np.pi] + 8 * [np.pi], **more}
     team = Team(poses, sees=sees, rng=rng, spurious=(-4, -3, 4, 3, probability), **more)
     return team.record(Route({0: RECTANGLE * laps}), 385 * laps, "four observers, a rectangle")
 
