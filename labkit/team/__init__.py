@@ -7,7 +7,7 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 from importlib import import_module
 
 from .hall import Route, Team, TeamNoise
-from .frame import align, frame_errors, laid, nees, seen_from
+from .frame import align, frame_errors, laid, nees, relative_nees, seen_from
 from .log import FrameWarning, TeamLog, dead_reckoned, delayed, later, of_logs, replay
 from .start import by_alignment
 
@@ -17,7 +17,7 @@ _LAZY = {"explore": "widgets", "play": "widgets"}
 __all__ = [
     "FrameWarning", "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "delayed", "frame_errors", "laid", "later",
     "nees", "of_logs",
-    "replay", *_LAZY, "seen_from",
+    "relative_nees", "replay", *_LAZY, "seen_from",
 ]  # fmt: skip
 
 

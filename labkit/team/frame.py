@@ -92,3 +92,30 @@ def nees(poses, covariances, truth, part=None):
     # The origin is known exactly: a micrometre and a microradian keep its rows regular.
     solved = np.linalg.solve(P + 1e-12 * np.eye(len(part)), e[..., None])[..., 0]
     return np.einsum("ki,ki->k", e, solved) / len(part)
+
+
+def relative_nees(poses, covariances, truth):
+    """Normalized estimation error squared, per dimension, of where each robot has each other one in its own frame.
+
+    Mean over all ordered pairs and all steps whose truth is known (no NaN); poses, truth (N+1, n, 3), covariances
+    (N+1, 3n, 3n).  A turn or shift of everything changes nothing, so 1 is honest whatever the frame does.
+    """
+    values = []
+    n = poses.shape[1]
+    for i in range(n):
+        for j in range(n):
+            if i == j:
+                continue
+            there = seen_from(poses[:, i], poses[:, j])
+            e = (there - seen_from(truth[:, i], truth[:, j]))[:, :2]
+            c, s = np.cos(poses[:, i, 2]), np.sin(poses[:, i, 2])
+            J = np.zeros((len(poses), 2, 6))  # by the pose of i, then of j
+            J[:, 0, 0], J[:, 0, 1], J[:, 1, 0], J[:, 1, 1] = -c, -s, s, -c
+            J[:, 0, 2], J[:, 1, 2] = there[:, 1], -there[:, 0]
+            J[:, :, 3:5] = -J[:, :, :2]
+            both = [*range(3 * i, 3 * i + 3), *range(3 * j, 3 * j + 3)]
+            C = J @ covariances[:, both][:, :, both] @ np.swapaxes(J, 1, 2)
+            known = np.isfinite(e).all(axis=1)
+            e, C = e[known], C[known]
+            values.append(np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]) / 2)
+    return float(np.mean(np.concatenate(values)))

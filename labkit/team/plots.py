@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from ..geometry import ellipse
+from ..geometry import ellipse, wrap
 from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
-from .formation import slots
+from .formation import SLOW_HEADING, slots
 from .frame import align, laid
+from .hall import DT
 
 COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9")
 
@@ -84,7 +85,7 @@ class FormationPanel:
 
     def __init__(self, ax, run, title=""):
         points = run.log.truth[..., :2].reshape(-1, 2)
-        low, high = points.min(axis=0) - 1, points.max(axis=0) + 1
+        low, high = points.min(axis=0) - 1, points.max(axis=0) + [1, 1.6]  # above, room for the legend
         ax.set_aspect("equal")
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
         ax.set_title(title, fontsize=11)
@@ -95,7 +96,11 @@ class FormationPanel:
         (self.slots,) = ax.plot([], [], "o", color=GREY, ms=11, mfc="none", label="slots")
         (self.ellipses,) = ax.plot([], [], "-", color="k", lw=0.8, label="3σ ellipse")
         self.artists = [*self.trails, self.slots, self.ellipses, *self.robots, self.believed]
-        ax.legend(loc="upper right", fontsize=8, frameon=False)
+        ax.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
+        # The formation's heading, by which the slots go, lags behind the leader's.
+        self.headings, blend = [run.believed[0, 0, 2]], 1 - np.exp(-DT / SLOW_HEADING)
+        for x in run.believed[1:]:
+            self.headings.append(self.headings[-1] + blend * wrap(x[0, 2] - self.headings[-1]))
 
     def show(self, run, k, P=None):
         truth, x = run.log.truth, run.believed[k]
@@ -107,10 +112,12 @@ class FormationPanel:
             trail.set_data(*truth[: k + 1, i, :2].T)
             robot.set_data(*arrow(truth[k, i], 0.3).T)
         self.believed.set_data(*x[:, :2].T)
-        self.slots.set_data(*slots(x[0], x[0, 2]).T)
+        self.slots.set_data(*slots(x[0], self.headings[k] + angle).T)
         if P is not None:
             blocks = np.array([P[3 * i : 3 * i + 2, 3 * i : 3 * i + 2] for i in range(len(x))])
-            outline = ellipse(x[:, :2], blocks, points=40)
+            c, s = np.cos(angle), np.sin(angle)
+            turn = np.array([[c, -s], [s, c]])
+            outline = ellipse(x[:, :2], turn @ blocks @ turn.T, points=40)
             self.ellipses.set_data(
                 *np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T
             )

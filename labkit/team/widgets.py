@@ -6,7 +6,7 @@ import ipywidgets as w
 import numpy as np
 
 from ..canvas import Canvas
-from ..feedback import FilterError
+from ..feedback import FilterError, explain
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import Kept, Screen, player
 from . import scenarios
@@ -62,13 +62,15 @@ class _Explorer:
     def _build(self):
         self.canvas = Canvas(9.2, 3.7, columns=2, width_ratios=[1, 1.2])
         paths, errors = self.canvas.axes
-        paths.set(xlim=(-7, 7), ylim=(-6, 6), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        paths.set(xlim=(-7, 7), ylim=(-6, 7), xlabel="x [m]", ylabel="y [m]", aspect="equal")
         paths.set_title("Paths, after the best turn and shift", fontsize=11)
         n = self.log.n
         (self.truth,) = paths.plot([], [], "-", color=GREY, lw=2.5, alpha=0.5, label="truth")
         self.lines = [
-            paths.plot([], [], "--" if i == 0 else ".", color=COLORS[i], lw=1.2, ms=3)[0] for i in range(n)
+            paths.plot([], [], "--" if i == 0 else ".", color=COLORS[i], lw=1.2, ms=3, label=f"robot {i}")[0]
+            for i in range(n)
         ]
+        paths.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
         errors.set(
             xlim=(0, self.log.times[-1]),
             ylim=(0.2, 500),
@@ -91,11 +93,17 @@ class _Explorer:
         self._record()
         self._refresh()
 
+    def _made(self, told):
+        try:
+            return self.started(self.log, self.seed, **told)
+        except Exception as error:
+            raise FilterError(f"Your filter could not be made. {explain(error)}") from error
+
     def _refresh(self):
         told = {name: slider.value for name, slider in self._sliders.items()}
         self.note.value = html.escape(f"{self.log.name}, seed {self.seed}")
         try:
-            x, _ = replay(self.started(self.log, self.seed, **told), self.log)
+            x, _ = replay(self._made(told), self.log)
         except FilterError as error:
             self.screen.apologize(str(error))
             self.box._picture, self.box._text = None, str(error)
