@@ -40,7 +40,8 @@ class PairFilters:
         target, observers = np.asarray(target, dtype=float), np.asarray(observers, dtype=float)
         u, v = target[:, None], observers.T
         c, s, cv, sv = np.cos(self._x[2]), np.sin(self._x[2]), np.cos(v[2]), np.sin(v[2])
-        dx, dy = c * u[0] - s * u[1], s * u[0] + c * u[1]
+        dx = c * u[0] - s * u[1]
+        dy = s * u[0] + c * u[1]
         px, py = self._x[0] + dx - v[0], self._x[1] + dy - v[1]
         # The observer's own step takes its frame along: what it saw is now seen from the new place, turned back.
         x, y = cv * px + sv * py, cv * py - sv * px
