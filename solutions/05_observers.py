@@ -13,7 +13,7 @@
 # - turn a range and a bearing into a point without a systematic error;
 # - steer robots in a formation by forces, in the frame that they built themselves.
 #
-# **You will write** `circular_mean`, `two_circles`, `jacobians`, the classes `PaperEKF` and `GroupEKF`, `converted`, `force` and, if you like, the classes `FastEKF`, `Patient` and `InvariantEKF`.
+# **You will write** `circular_mean`, `two_circles`, `h`, `jacobians`, the classes `PaperEKF` and `GroupEKF`, `converted`, `force` and, if you like, the classes `FastEKF`, `Patient` and `InvariantEKF`.
 
 # %% [markdown]
 # ## Symbols
@@ -208,8 +208,10 @@ for name, e in off.items():
 #
 # so its Jacobian has two blocks: one in the observer's three columns, one in the target's. (Eq. 5 of the paper has arctan of the quotient; as in lab 3 it must be atan2.)
 #
-# ### Exercise 3 · `jacobians(o, p)`
-# Return `H_o, H_p`, both (2, 3). *Example:* from `o = (0, 0, 0)`, a target at `p = (2, 0, 1)` has `H_p = [[1, 0, 0], [0, 0.5, 0]]`.
+# ### Exercise 3 · `h(o, p)` and `jacobians(o, p)`
+# `h` returns [range, bearing], the bearing wrapped. `jacobians` returns `H_o, H_p`, the derivatives of `h` by the three numbers of the observer and of the target, both (2, 3).
+#
+# *Example:* from `o = (0, 0, 0.5)`, a target at `p = (2, 0, 1)` is seen at `[2, -0.5]`, and `H_p = [[1, 0, 0], [0, 0.5, 0]]`.
 #
 # <details><summary>Hint</summary>
 #
@@ -219,15 +221,17 @@ for name, e in off.items():
 
 # %% id="answer-jacobians" tags=["answer"]
 def h(o, p):
-    """Given: range [m] and bearing [rad] (2,) at which o (3,) sees p (3,)."""
+    """Range [m] and bearing [rad], an array (2,), at which o (3,) sees p (3,)."""
+    ### BEGIN SOLUTION
     dx, dy = p[:2] - o[:2]
     return np.array([np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - o[2])])
+    ### END SOLUTION
 
 
 def jacobians(o, p):
     """(H_o, H_p): derivatives (2, 3) of h(o, p) by the observer's and the target's pose."""
     ### BEGIN SOLUTION
-    dx, dy = p[:2] - o[:2]
+    dx, dy = p[0] - o[0], p[1] - o[1]
     q = dx**2 + dy**2
     d = np.sqrt(q)
     H_p = np.array([[dx / d, dy / d, 0], [-dy / q, dx / q, 0]])
@@ -235,6 +239,9 @@ def jacobians(o, p):
     return H_o, H_p
     ### END SOLUTION
 
+
+# %% id="check-h" tags=["check"] points=1 title="h"
+check("team-h", h)
 
 # %% id="check-jacobians" tags=["check"] points=2 title="jacobians"
 check("team-jacobians", jacobians)
@@ -332,6 +339,7 @@ print(f"mean error: odometry {before:.1f} cm, filter {after:.1f} cm")
 # Better than odometry. But does it know how good it is? The NEES of lab 3, divided by the number of dimensions, should be about 1.
 
 # %%
+x, P = replay(started(log, 1, PaperEKF), log)
 all_but_heading = np.delete(np.arange(3 * log.n), 2)  # the paper has no heading of robot 0
 value = nees(x, P, log.truth, all_but_heading).mean()
 print(f"NEES per dimension: {value:.0f} (1 is honest)")
@@ -381,7 +389,8 @@ check("team-ekf", GroupEKF)
 # %%
 x, P = replay(started(log, 1), log)
 after = 100 * frame_errors(x, log.truth).aligned.mean()
-print(f"the cross again: {after:.1f} cm, NEES per dimension {nees(x, P, log.truth).mean():.2f}")
+value = nees(x, P, log.truth).mean()
+print(f"the cross again: {after:.1f} cm, NEES per dimension {value:.2f}")
 
 # %% [markdown]
 # Now figure 6: after a while two of the observers set off. **Before you run it:** the paper's prediction leaves them where they are. What will its filter make of that?
@@ -420,8 +429,8 @@ def own_start(log, metres=3.3):
 
 kf, rest = own_start(scenarios.cross(rng=1))
 x, P = replay(kf, rest)
-errors = frame_errors(x, rest.truth)
-print(f"on its own: {100 * errors.ego[0]:.1f} cm at first, {100 * errors.ego[-1]:.1f} cm at last (ego)")
+first, last = 100 * frame_errors(x, rest.truth).ego[[0, -1]]
+print(f"on its own: {first:.1f} cm at first, {last:.1f} cm at last (ego)")
 
 # %% [markdown]
 # How good can it get? Afterwards, when all is recorded, one can ask for the poses that fit *all* odometry and *all* readings best: least squares over the whole run. A filter knows only the past; at the last step it should be as good.
@@ -464,7 +473,9 @@ odometry = dead_reckoned(team)[:, :1]
 
 fig, axes = plt.subplots(1, 3, figsize=(12, 4.0), layout="constrained")
 draw_paths(axes[0], team.truth[:, :1], odometry, "a: odometry", what="odometry")
-draw_paths(axes[1], reference, poses["gate 13.8"], "b: your filter, with a map", true="with a map")
+draw_paths(
+    axes[1], reference, poses["gate 13.8"], "b: your filter, with a map", true="with a map"
+)
 draw_readings(axes[2], team, team.truth)
 axes[2].set_title("c: what the observers reported", fontsize=11)
 axes[2].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
@@ -573,8 +584,8 @@ for degrees in (0.75, 5, 15):
     }
     for way, found in points.items():
         e, C = found - [d, 0], spread(r, alpha, noise.range, sigma, way)
-        value = np.mean(np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0])) / 2
-        print(f"{degrees:5.2f}° {way:15s} {value:6.2f}")
+        d2 = np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0])
+        print(f"{degrees:5.2f}° {way:15s} {d2.mean() / 2:6.2f}")
 
 # %% [markdown]
 # Now a filter with such points in place of ranges and bearings (the *converted measurement* Kalman filter): the innovation is the difference of two points in the observer's frame. One trap is left. The spread of a point depends on its range and bearing: on those of the *reading*, or of the target as it is *expected*?
@@ -585,7 +596,7 @@ for degrees in (0.75, 5, 15):
 class ConvertedKF(GroupEKF):
     """The joint filter with points in place of ranges and bearings."""
 
-    at_reading = False  # where the spread is taken: at the reading, or where the target is expected
+    at_reading = False  # or else the spread is that of where the target is expected
 
     def update(self, seen):
         self.d2 = []
@@ -677,7 +688,8 @@ def formation(seed, **options):
     x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal(
         sigma.shape
     )
-    return run(team, GroupEKF(x0, np.diag(sigma.ravel() ** 2), noise, inflate=10.0), force, WAY)
+    kf = GroupEKF(x0, np.diag(sigma.ravel() ** 2), noise, inflate=10.0)
+    return run(team, kf, force, WAY)
 
 
 one = formation(1)
@@ -900,7 +912,11 @@ for lost in (0.0, 0.2, 0.5):
     each = [replay(started(log, 1), delayed(log, 0, lost, rng=i))[0] for i in range(log.n)]
     apart = max(np.abs(x - each[0])[..., :2].max() for x in each[1:])
     ego = np.mean([frame_errors(x, log.truth).ego.mean() for x in each])
-    print(f"{100 * lost:2.0f} % lost: frames differ by {100 * apart:4.1f} cm at most, {100 * ego:.1f} cm (ego)")
+    print(
+        f"{100 * lost:2.0f} % lost: frames differ by {100 * apart:4.1f} cm at most,",
+        end=" ",
+    )
+    print(f"{100 * ego:.1f} cm (ego)")
 
 # %% [markdown]
 # Without losses the frames agree to the last digit. With them they drift apart by centimetres, for each turns a little as a whole, which is felt most far out; what the robots believe of one another stays as good as it was. Now let readings come late.
@@ -1190,8 +1206,14 @@ pairs = []
 for _ in range(12):
     o, P1 = anywhere(rng), rng.uniform(-2, 2, 2)
     P2 = P1 + rng.uniform(1.5, 3) * np.array([np.cos(o[2]), np.sin(o[2])])
-    pairs.append((P1, h(o, np.array([*P1, 0])), P2, h(o, np.array([*P2, 0])), 0.01))
+    z1, z2 = (exam.right("h")[0](o, np.array([*P, 0])) for P in (P1, P2))
+    pairs.append((P1, z1, P2, z2, 0.01))
 exam.same(two_circles, pairs, "other observers")
+print("passed")
+
+# %% id="grade-h" tags=["hidden"] points=1 title="h: in all directions"
+rng = exam.rng()
+exam.same(h, [(anywhere(rng), anywhere(rng)) for _ in range(12)], "other poses")
 print("passed")
 
 # %% id="grade-jacobians" tags=["hidden"] points=2 title="jacobians: in all directions"
@@ -1216,7 +1238,9 @@ exam.same_team(GroupEKF, log, x0, P0, told, "with six robots", gate=rng.uniform(
 print("passed")
 
 # %% id="grade-dark" tags=["hidden"] points=1 title="GroupEKF: twelve seconds without any reading"
-exam.same_team(GroupEKF, *together(exam.rng(), 3, dark=(20, 80)), "without readings for a while")
+exam.same_team(
+    GroupEKF, *together(exam.rng(), 3, dark=(20, 80)), "without readings for a while"
+)
 print("passed")
 
 # %% id="grade-honest" tags=["hidden"] points=2 title="GroupEKF: honest over several runs (NEES)"
@@ -1226,7 +1250,9 @@ for k in range(6):
     x, P = exam.team(GroupEKF, log, x0, P0, told, inflate=1.0)
     values.append(nees(x, P, log.truth)[10:].mean())
 if not 0.3 < np.mean(values) < 2.0:
-    exam.fail(f"The NEES per dimension is {np.mean(values):.2f} over six runs: about 1 is honest.")
+    exam.fail(
+        f"The NEES per dimension is {np.mean(values):.2f} over six runs: about 1 is honest."
+    )
 print("passed")
 
 # %% id="grade-converted" tags=["hidden"] points=1 title="converted: other readings"

@@ -46,7 +46,9 @@ def test_the_jacobians_are_the_derivatives():
                     sides.append(h(*pose))
                 change = sides[0] - sides[1]
                 change[1] = (change[1] + np.pi) % (2 * np.pi) - np.pi
-                assert np.allclose(change / 2e-6, np.asarray(J)[:, k], atol=1e-6 * (1 + 1 / np.hypot(*(p - o)[:2]) ** 3))
+                assert np.allclose(
+                    change / 2e-6, np.asarray(J)[:, k], atol=1e-6 * (1 + 1 / np.hypot(*(p - o)[:2]) ** 3)
+                )
 
 
 def test_it_is_filterpys_extended_filter():
@@ -144,9 +146,13 @@ def test_the_spread_of_a_point_is_that_of_many():
         assert np.allclose(np.cov(point.T), expected_spread(d, 0.7, sigma_d, sigma), rtol=0.03, atol=0.003)
         # Each reading's own spread makes the errors right on average, one by one.
         e, C = point - middle, spread(r, alpha, sigma_d, sigma)
-        assert np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]).mean() == pytest.approx(2, rel=0.05)
+        assert np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]).mean() == pytest.approx(
+            2, rel=0.05
+        )
         added = (r + shift(r, sigma))[:, None] * out
-        assert np.linalg.norm(added.mean(axis=0) - middle) < 0.1 * np.linalg.norm((r[:, None] * out).mean(axis=0) - middle)
+        assert np.linalg.norm(added.mean(axis=0) - middle) < 0.1 * np.linalg.norm(
+            (r[:, None] * out).mean(axis=0) - middle
+        )
 
 
 def test_a_fine_bearing_makes_all_ways_alike():
@@ -164,7 +170,9 @@ def test_points_with_the_spread_of_their_own_reading_deceive():
     for seed in range(4):
         log = scenarios.cross(rng=seed, noise=told)
         for name in values:
-            values[name].append(nees(*replay(started(log, seed, told, name, inflate=1.0), log), log.truth).mean())
+            values[name].append(
+                nees(*replay(started(log, seed, told, name, inflate=1.0), log), log.truth).mean()
+            )
     mean = {name: np.mean(value) for name, value in values.items()}
     assert mean["ConvertedKF"] == pytest.approx(mean["GroupEKF"], abs=0.2) and mean["AtReading"] > 2
 
@@ -185,7 +193,9 @@ def test_the_papers_filter_is_too_sure_and_fails_where_observers_move():
 def test_who_is_never_seen_is_known_worse_and_worse_and_says_so():
     values, spreads = [], []
     for seed in range(15):
-        team = Team([(0, 0, 0), (4, 1, np.pi), (-3, -2, 0.5)], WHITE, sees=[(0, 1), (1, 0)], fov=2 * np.pi, rng=seed)
+        team = Team(
+            [(0, 0, 0), (4, 1, np.pi), (-3, -2, 0.5)], WHITE, sees=[(0, 1), (1, 0)], fov=2 * np.pi, rng=seed
+        )
         commands = np.array([[0.2, 0.3], [0.2, 0.3], [0.3, 0.2]])
         log = team.record(lambda team: commands, 200)
         x, P = replay(started(log, seed, WHITE, inflate=1.0), log)
@@ -198,7 +208,12 @@ def test_who_is_never_seen_is_known_worse_and_worse_and_says_so():
 
 
 def test_nothing_but_false_readings_is_no_silent_frame():
-    team = Team([(3, 2, np.pi), (-5, -4, 0.7), (5, 4, -2.4)], sees=[(1, 0), (2, 0)], rng=1, spurious=(-20, -20, 40, 40, 1.0))
+    team = Team(
+        [(3, 2, np.pi), (-5, -4, 0.7), (5, 4, -2.4)],
+        sees=[(1, 0), (2, 0)],
+        rng=1,
+        spurious=(-20, -20, 40, 40, 1.0),
+    )
     log = team.record(Route({0: scenarios.RECTANGLE}), 250)
     with pytest.warns(FrameWarning, match="not to be trusted"):
         replay(started(log, 1), log)

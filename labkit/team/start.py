@@ -28,7 +28,9 @@ def by_alignment(track, ranges, bearings):
     # Some readings may be false: pairs of readings propose poses, and the one that fits half of all readings best
     # tells which readings to believe.
     if len(points) != len(track) or not np.isfinite(points).all() or not np.isfinite(track).all():
-        raise ValueError(f"track, ranges and bearings must be finite and equally long, but are {len(track)} and {len(points)}")
+        raise ValueError(
+            f"track, ranges and bearings must be finite and equally long, but are {len(track)} and {len(points)}"
+        )
     half = len(points) // 2
     proposals = [
         align(points[[k, k + half]], track[[k, k + half]])

@@ -1,6 +1,7 @@
 """Sliders over one recorded run of a team, and a formation in motion. As in `labkit.widgets`, the noise stays."""
 
 import html
+import warnings
 
 import ipywidgets as w
 import numpy as np
@@ -10,8 +11,8 @@ from ..feedback import FilterError, explain
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import Kept, Screen, player
 from . import scenarios
-from .frame import align, frame_errors, laid
-from .log import replay
+from .frame import align, frame_errors, laid, nees
+from .log import FrameWarning, replay
 from .plots import COLORS, FormationPanel
 
 RUNS = {"cross": scenarios.cross, "rectangle": scenarios.rectangle, "moving": scenarios.moving}
@@ -103,7 +104,9 @@ class _Explorer:
         told = {name: slider.value for name, slider in self._sliders.items()}
         self.note.value = html.escape(f"{self.log.name}, seed {self.seed}")
         try:
-            x, _ = replay(self._made(told), self.log)
+            with warnings.catch_warnings(record=True) as doubts:
+                warnings.simplefilter("always", FrameWarning)
+                x, P = replay(self._made(told), self.log)
         except FilterError as error:
             self.screen.apologize(str(error))
             self.box._picture, self.box._text = None, str(error)
@@ -118,7 +121,12 @@ class _Explorer:
             line.set_data(*seen[:, i, :2].T)
         for name, line in self.errors.items():
             line.set_data(self.log.times, (100 * getattr(errors, name)).clip(0.2, 500))
-        text = f"mean error: aligned {100 * errors.aligned.mean():.1f} cm, ego {100 * errors.ego.mean():.1f} cm · the frame has turned by {np.rad2deg(errors.turned):.2f}°"
+        text = (
+            f"mean error: aligned {100 * errors.aligned.mean():.1f} cm, ego {100 * errors.ego.mean():.1f} cm · "
+            f"NEES per dimension {nees(x, P, truth).mean():.2g} · the frame has turned by {np.rad2deg(errors.turned):.2f}°"
+        )
+        if any(issubclass(doubt.category, FrameWarning) for doubt in doubts):
+            text += " · most readings of a robot lie beyond the gate: not to be trusted"
         self.screen.show(self.canvas.jpeg(), text)
         self.box._picture, self.box._text = self.canvas.png, text
 

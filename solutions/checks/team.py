@@ -87,6 +87,29 @@ CIRCLES_MISTAKES = [
 
 POSES = [("ahead", "a target ahead", [0.4, -0.7, 0.3], [2.1, 0.4, 1.0]), ("behind", "a target behind", [1.2, 0.5, -0.4], [-0.9, -1.1, 2.0]),
          ("left", "a target to the left", [-0.5, 0.2, 2.5], [-0.8, 2.9, -1.0])]
+WEST = ("west", "a bearing across 180 degrees", [1.2, 0.5, 1.0], [-2.9, -0.9, 0.3])
+H = [case(id, title, [""], "h", o, p) for id, title, o, p in [*POSES, WEST]]
+SEEN_AT = "np.array([np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - o[2])])"
+H_MISTAKES = [
+    Mistake("no-heading", "The observer's heading is not subtracted: a bearing counts from where the observer looks.",
+            [(SEEN_AT, "np.array([np.hypot(dx, dy), np.arctan2(dy, dx)])")]),
+    Mistake("target-heading", "The target's heading is subtracted: a bearing counts from where the *observer* looks.",
+            [(SEEN_AT, SEEN_AT.replace("o[2]", "p[2]"))]),
+    Mistake("heading-added", "The observer's heading is added: turned left, it sees everything farther right.",
+            [(SEEN_AT, SEEN_AT.replace("- o[2]", "+ o[2]"))]),
+    Mistake("from-target", "The direction points from the target to the observer: it is the observer that looks, p - o.",
+            [("dx, dy = p[:2] - o[:2]", "dx, dy = o[:2] - p[:2]")]),
+    Mistake("arctan", "arctan of the quotient cannot tell ahead from behind: use arctan2 (eq. 5 of the paper has it wrong).",
+            [(SEEN_AT, SEEN_AT.replace("np.arctan2(dy, dx)", "np.arctan(dy / dx)"))]),
+    Mistake("swapped", "arctan2 takes dy first, then dx.",
+            [(SEEN_AT, SEEN_AT.replace("arctan2(dy, dx)", "arctan2(dx, dy)"))]),
+    Mistake("order", "The order is (range, bearing).",
+            [(SEEN_AT, SEEN_AT + "[::-1]")]),
+    Mistake("not-wrapped", "The bearing is outside (-pi, pi]: wrap it.",
+            [(SEEN_AT, "np.array([np.hypot(dx, dy), np.arctan2(dy, dx) - o[2]])")]),
+    Mistake("squared", "The range is not the root of the sum of squares.",
+            [(SEEN_AT, SEEN_AT.replace("np.hypot(dx, dy)", "dx**2 + dy**2"))]),
+]
 JACOBIANS = [case(id, title, ["H_o", "H_p"], "jacobians", o, p) for id, title, o, p in POSES]
 H_P, H_O = "[[dx / d, dy / d, 0], [-dy / q, dx / q, 0]]", "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, -1]]"
 JACOBIANS_MISTAKES = [
@@ -312,6 +335,7 @@ CHECKS = [
           MEAN_MISTAKES),
     Check("team-circles", LAB, "two_circles", "function", CIRCLES, [Right("list", [(PAIR_END, PAIR_END.replace("np.array([O[0], O[1], heading])", "[*O, heading]"))])],
           CIRCLES_MISTAKES),
+    Check("team-h", LAB, "h", "function", H, [Right("list", [(SEEN_AT, SEEN_AT.removeprefix("np.array(").removesuffix(")"))])], H_MISTAKES),
     Check("team-jacobians", LAB, "jacobians", "function", JACOBIANS, [Right("lists", [("return H_o, H_p", "return H_o.tolist(), H_p.tolist()")])],
           JACOBIANS_MISTAKES),
     Check("team-converted", LAB, "converted", "function", CONVERTED, [Right("times", [(POINT, POINT.replace("/ np.exp(-(sigma**2) / 2)", "* np.exp(sigma**2 / 2)"))])],

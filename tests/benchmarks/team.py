@@ -19,7 +19,16 @@ from team_answers import answer, start_errors, started  # noqa: E402
 
 from labkit import Landmark, metrics, random_map  # noqa: E402
 from labkit.notebook import load_answer  # noqa: E402
-from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, replay, scenarios, seen_from  # noqa: E402
+from labkit.team import (
+    FrameWarning,
+    TeamNoise,
+    dead_reckoned,
+    frame_errors,
+    nees,
+    replay,
+    scenarios,
+    seen_from,
+)  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
@@ -56,7 +65,9 @@ def filters(runs):
                 one = frame_errors(x, log.truth)
                 errors.append([100 * one.ego.mean(), 100 * one.aligned.mean(), value])
             e = np.median(errors, axis=0)
-            print(f"{log.name}, {name}: ego {e[0]:.1f}, aligned {e[1]:.1f} cm (GroupEKF at most {due}), NEES per dimension {e[2]:.2f}")
+            print(
+                f"{log.name}, {name}: ego {e[0]:.1f}, aligned {e[1]:.1f} cm (GroupEKF at most {due}), NEES per dimension {e[2]:.2f}"
+            )
 
 
 def honesty(runs):
@@ -104,7 +115,12 @@ def formation(runs):
             team = triangle(rng=seed, **options)
             x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal((3, 3))
             done.append(
-                run(team, answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0), answer("force"), WAY)
+                run(
+                    team,
+                    answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0),
+                    answer("force"),
+                    WAY,
+                )
             )
         again = np.concatenate([one.recoveries() for one in done])
         print(
@@ -130,7 +146,9 @@ def cost():
         for name in ("GroupEKF", "FastEKF"):
             kf = answer(name)(x0, 0.01 * np.eye(3 * n), NOISE)
             took = per_step(lambda: (kf.predict(u), kf.update(readings)), 5)
-            print(f"{name}, n = {n}: {took:.2f} ms a step, {took / due:.1f} times lab 3's (n = 4: at most 3, n = 100: 10 ms)")
+            print(
+                f"{name}, n = {n}: {took:.2f} ms a step, {took / due:.1f} times lab 3's (n = 4: at most 3, n = 100: 10 ms)"
+            )
     views = seen_from(rng.uniform(-8, 8, (1000, 3)), rng.uniform(-1, 1, (1, 3)))
     pairs, z = (
         PairFilters(views, np.tile(0.01 * np.eye(3), (1000, 1, 1)), NOISE),
