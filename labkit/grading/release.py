@@ -31,7 +31,7 @@ MODULES = """
     legged/__init__ legged/field legged/fuzzygrid legged/hybrid legged/inputs legged/noise legged/particles legged/plots
     legged/race legged/restart legged/robot legged/trapezoid legged/triangulation legged/widgets
     team/__init__ team/bound team/converted team/formation team/frame team/hall team/log team/pairs team/particles team/plots
-    team/scenarios team/start team/widgets
+    team/run team/scenarios team/start team/widgets
 """.split()
 MAINTAINERS = "build checkspec make_checks".split()  # of these students need none
 README = "labkit/grading/student_readme.md"

@@ -8,7 +8,8 @@ from importlib import import_module
 
 from .hall import Route, Team, TeamNoise
 from .frame import align, frame_errors, laid, nees, relative_nees, seen_from
-from .log import FrameWarning, TeamLog, dead_reckoned, delayed, later, of_logs, replay
+from .log import TeamLog, dead_reckoned, delayed, later, of_logs
+from .run import FrameWarning, replay
 from .start import by_alignment
 
 # Widgets load on first use, as in labkit itself.

@@ -12,7 +12,7 @@ from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import Kept, Screen, player
 from . import scenarios
 from .frame import align, frame_errors, laid, nees
-from .log import FrameWarning, replay
+from .run import FrameWarning, replay
 from .plots import COLORS, FormationPanel
 
 RUNS = {"cross": scenarios.cross, "rectangle": scenarios.rectangle, "moving": scenarios.moving}
