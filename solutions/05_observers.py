@@ -42,7 +42,7 @@ from labkit.team import explore, later, nees, of_logs, play, relative_nees, repl
 from labkit.team import scenarios, seen_from
 from labkit.team.bound import least_squares
 from labkit.team.converted import expected_spread, shift, spread
-from labkit.team.formation import WAY, run, triangle
+from labkit.team.formation import CROSSING, WAY, run, triangle
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
 from labkit.team.plots import draw_errors, draw_formation, draw_paths, draw_readings
@@ -677,9 +677,6 @@ check("team-force", force)
 
 
 # %%
-CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))
-
-
 def formation(seed, **options):
     """A run of the triangle through two corners, controlled by what the filter believes."""
     team = triangle(rng=seed, **options)

@@ -21,7 +21,6 @@ from labkit.team import (
 )
 from labkit.team import scenarios, seen_from
 from labkit.team.bound import least_squares
-from labkit.team.formation import WAY, run, slots, triangle
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
 from team_answers import answer, start_errors, started
@@ -233,24 +232,3 @@ def test_a_filter_that_breaks_is_explained():
 
     with pytest.raises(FilterError, match=r"stopped in step 1 of 620.*should be \(3, 3\)|stopped in step"):
         replay(Broken(log.truth[0], np.eye(9), TeamNoise()), log)
-
-
-# The formation
-
-
-def test_the_triangle_holds_through_two_corners():
-    force, runs = answer("force"), []
-    for seed in range(10):
-        team = triangle(rng=seed)
-        sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (3, 1))
-        sigma[0] = 1e-6
-        x0 = team.poses + sigma * np.random.default_rng(seed + 100).standard_normal((3, 3))
-        runs.append(run(team, answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), TeamNoise()), force, WAY))
-    assert all(one.finished and len(one.corners) == 2 for one in runs)
-    assert np.percentile([one.rms for one in runs], 95) < 0.05
-    assert np.nanpercentile([one.recoveries() for one in runs], 95) <= 8.5
-    assert min(one.least for one in runs) > 0.8
-
-
-def test_slots_turn_with_the_leader():
-    assert np.allclose(slots(np.array([1.0, 2.0, 0.0]), np.pi / 2), [[0.1, 0.9], [1.9, 0.9]])

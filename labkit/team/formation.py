@@ -184,7 +184,11 @@ def steer(pose, velocity):
     return np.array([min(speed, FASTEST) * max(np.cos(off), 0.0), np.clip(2.0 * off, -2 * TURN, 2 * TURN)])
 
 
-def triangle(rng=None, start=((0, 0, 0), (-1.8, 1.6, 0.3), (-2.0, -1.5, -0.2)), **more):
+START = ((0, 0, 0), (-1.8, 1.6, 0.3), (-2.0, -1.5, -0.2))
+CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower starts on the other's side
+
+
+def triangle(rng=None, start=START, **more):
     """S4: the Team of a leader and two followers, which see what is ahead of them."""
     return Team(start, sees=[(1, 0), (2, 0), (1, 2), (2, 1)], rng=rng, **more)
 

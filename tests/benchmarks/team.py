@@ -30,12 +30,11 @@ from labkit.team import (
     seen_from,
 )  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
-from labkit.team.formation import WAY, run, triangle  # noqa: E402
+from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
 
 NOISE = TeamNoise()
 WHITE = dataclasses.replace(NOISE, scale=0.0, turn_scale=0.0, drift=0.0)
-CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower starts on the other's side
 
 
 def start(runs):
