@@ -182,7 +182,7 @@ def play(run, log, interval=80, most=200):
     canvas = Canvas(6.6, 4.6)
     panel = ScenePanel(canvas.axes[0], (-5.1, 5.1, -5.1, 5.1) if log.range else limits(log))
     canvas.move(panel)
-    steps = np.arange(0, len(log) + 1, -(-len(log) // most))
+    steps = moments(len(log), most)
     frames = []
     for k in steps:
         panel.show_step(log, history, k)
@@ -197,6 +197,12 @@ def play(run, log, interval=80, most=200):
         screen.show(frames[i], f"step {k} of {len(log)} · {log.times[k] - log.times[0]:.2f} s{far}{seen}")
 
     return player(screen, len(steps), show, lambda: last, f"{len(log)} steps of {log.name}", interval)
+
+
+def moments(steps, most):
+    """At most `most` + 1 of the moments 0 ... steps, evenly spaced, with the first and the last among them."""
+    chosen = np.arange(0, steps + 1, -(-steps // most))
+    return chosen if chosen[-1] == steps else np.append(chosen, steps)
 
 
 def player(screen, count, show, picture, text, interval):

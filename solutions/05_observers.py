@@ -404,6 +404,7 @@ for ax, (name, KF) in zip(
     x, P = replay(started(log, 2, KF), log)
     one = frame_errors(x, log.truth)
     draw_paths(ax, log.truth, x, f"figure 6: {name}")
+    ax.legend(fontsize=8, frameon=False, loc="center")
     own = [100 * one.aligned.mean(), 100 * one.ego.mean()]
     print(f"{name:25s} aligned {own[0]:6.1f} cm, ego {own[1]:6.1f} cm")
 plt.show()
@@ -481,7 +482,7 @@ axes[2].set_title("c: what the observers reported", fontsize=11)
 axes[2].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
 for ax in axes:
     ax.set(xlim=(-7, 7), ylim=(-5.5, 8))
-    ax.legend(fontsize=8, frameon=False, loc="upper center", ncol=2)
+    ax.legend(fontsize=8, frameon=False, loc="upper center", ncol=2, markerscale=4)
 plt.show()
 for name, x in poses.items():
     print(f"{name}: {100 * frame_errors(x, team.truth).aligned.mean():.1f} cm in the mean")
@@ -510,7 +511,9 @@ draw_errors(
     axes[1],
     log.times,
     {"gauge": errors.gauge, "aligned": errors.aligned, "ego": errors.ego},
+    limit=10,
 )
+axes[0].legend(fontsize=8, frameon=False, loc="center")
 plt.show()
 print(f"the frame of this run has turned by {np.rad2deg(errors.turned):.2f}°")
 for name, one in (("as it is", errors), ("turned by 4°", frame_errors(turned, log.truth))):
@@ -766,7 +769,7 @@ for name, one in (("your filter", kf), ("300 particles", pf)):
     errors[name] = frame_errors(replay(one, log)[0], log.truth).ego
     cost = 1e3 * (time.perf_counter() - start) / len(log)
     print(f"{name:14s} {100 * errors[name].mean():.1f} cm (ego), {cost:.2f} ms a step")
-draw_errors(axes[1], log.times, errors)
+draw_errors(axes[1], log.times, errors, limit=10)
 plt.show()
 
 # %% [markdown]

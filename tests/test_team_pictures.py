@@ -46,7 +46,6 @@ def formation(steps=900, perfect=False):
 
 
 def data(ax):
-    """{label: points} of the lines that have a label."""
     return {line.get_label(): line.get_xydata() for line in ax.lines if line.get_label()[0] != "_"}
 
 
@@ -118,18 +117,19 @@ def test_the_figures_of_the_notebook_are_legible(drawn, words):
 @pytest.mark.parametrize("scenario", kit.RUNS)
 def test_the_picture_under_the_sliders_is_legible_and_what_the_filter_did(drawn, scenario):
     made = kit._Explorer(started, scenario, ("gate", "inflate"), 1)
-    legible(drawn, made.canvas.figure)
+    legible(drawn, figure := made.canvas.figure)
     log = made.log
-    robots = {f"robot {i}" for i in range(log.n)}
-    assert {"truth", "gauge", "aligned", "ego", *robots} <= set(names(drawn, made.canvas.figure))
+    assert {"truth", "gauge", "aligned", "ego", "robot 0", f"robot {log.n - 1}"} <= set(names(drawn, figure))
     errors = frame_errors(replay(started(log, 1, gate=13.8, inflate=4.0), log)[0], log.truth)
     for name, line in made.errors.items():
         np.testing.assert_allclose(line.get_ydata(), (100 * getattr(errors, name)).clip(0.2, 500))
-    far = np.linalg.norm(made.lines[0].get_xydata() - log.truth[:, 0, :2], axis=1)
-    np.testing.assert_allclose(far, errors.aligned)
+    off = (made.lines[0].get_xydata() - log.truth[:, 0, :2]).T
+    np.testing.assert_allclose(np.hypot(*off), errors.aligned)
     due = np.insert(log.truth[..., :2], len(log) + 1, np.nan, axis=0)  # the pen is lifted between robots
     np.testing.assert_array_equal(made.truth.get_xydata(), due.swapaxes(0, 1).reshape(-1, 2))
     assert f"ego {100 * errors.ego.mean():.1f} cm" in kept(made.box)["text/plain"]
+    widgets(made.box, "FloatLogSlider")[0].value = 1.0
+    assert "beyond the gate" in kept(made.box)["text/plain"]  # and no warning in the notebook
 
 
 def test_sliders_and_the_seed_button_change_picture_and_figures(brief):
@@ -146,8 +146,7 @@ def test_sliders_and_the_seed_button_change_picture_and_figures(brief):
     assert rest[1] == rest[3] == (picture, words) and "mean error: aligned" in words
     assert all(rest[i][0] != picture and rest[i][1] != words for i in (0, 2, 4))
     assert any(w.value == "a short run, seed 2" for w in widgets(box, "HTML"))
-    still = pixels(base64.b64decode(kept(box)["image/png"]))
-    assert still.shape[1] > 600 and np.ptp(still) == 255
+    assert pixels(base64.b64decode(kept(box)["image/png"])).shape == pixels(image.value).shape
 
 
 def test_all_controls_can_be_reached_by_keyboard(brief):
@@ -155,6 +154,8 @@ def test_all_controls_can_be_reached_by_keyboard(brief):
     made, played = explore(started), play(formation(60))
     for box, kind, count in ((made, "FloatLogSlider", 2), (made, "Button", 1), (played, "IntSlider", 1)):
         assert [bool(w.description) and not w.disabled for w in widgets(box, kind)] == [True] * count
+    for w in widgets(made, "FloatLogSlider"):  # JupyterLab moves them in steps from their lowest value
+        assert abs(np.sin(np.pi * (np.log10(w.value) - w.min) / w.step)) < 0.03
 
 
 BROKEN = {
@@ -181,7 +182,6 @@ def test_what_breaks_shows_its_sentence_until_it_works(brief, message):
         assert any('role="alert"' in w.value for w in widgets(box, "HTML")) and image.layout.display == "none"
         gate.value = 20
         assert image.layout.display is None and "image/png" in kept(box)
-        assert not any('role="alert"' in w.value for w in widgets(box, "HTML"))
         gate.value = 13.8
 
 
@@ -235,15 +235,16 @@ def test_a_moment_shows_robots_beliefs_and_ellipses_whatever_the_common_frame():
 def test_a_formation_is_played_to_its_end(drawn, most, perfect):
     box = play(made := formation(60, perfect), most=most)
     legible(drawn, *drawn)
-    assert {"slots", "3σ ellipse", "believed position"} <= set(names(drawn, *drawn))
+    assert {"slots", "believed position"} <= (found := set(names(drawn, *drawn)))
+    assert ("3σ ellipse" in found) is not perfect
     assert kept(box)["text/plain"] == "60 steps of a triangle"
     slider, image = widgets(box, "IntSlider")[0], widgets(box, "Image")[0]
-    frames, stride = [], -(-60 // most)
-    for i in (0, *range(slider.max + 1)):
+    frames, steps = [], sorted({*range(0, 61, -(-60 // most)), 60})  # the last one always
+    for i, k in [(0, 0), *enumerate(steps)]:
         slider.value = i
         frames.append(image.value)
-        told = f"{0.2 * stride * i:.1f} s · largest distance from a slot {100 * made.error[stride * i]:.0f}"
+        told = f"{0.2 * k:.1f} s · largest distance from a slot {100 * made.error[k]:.0f}"
         assert any(told in w.value for w in widgets(box, "HTML"))
-    assert slider.max == 60 // stride and len(set(frames)) == len(frames) - 1
+    assert slider.max == len(steps) - 1 and len(set(frames)) == len(frames) - 1
     still = pixels(base64.b64decode(kept(box)["image/png"]))
     assert np.ptp(still) == 255 and abs(still - pixels(frames[-1])).mean() < 2  # the last moment

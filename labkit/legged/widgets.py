@@ -10,7 +10,7 @@ from .. import metrics
 from ..canvas import Canvas
 from ..feedback import FilterError
 from ..log import make_filter, replay
-from ..widgets import Kept, Screen, player
+from ..widgets import Kept, Screen, moments, player
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
 from .noise import PRESETS
@@ -165,7 +165,7 @@ def play(localizers, log, interval=100, most=150):
     if not 1 <= len(localizers) <= 3:
         raise ValueError(f"localizers must be a dictionary of one to three, but it has {len(localizers)}")
     screen, frames, texts = Screen(), [], []
-    steps = np.arange(0, len(log) + 1, -(-len(log) // most))
+    steps = moments(len(log), most)
     try:
         beliefs = {name: beliefs_along(kf, log, set(steps.tolist())) for name, kf in localizers.items()}
     except FilterError as error:

@@ -1,5 +1,7 @@
 """Pictures of a team: paths in the hall, errors over time, a formation with its slots."""
 
+from itertools import cycle
+
 import numpy as np
 
 from ..geometry import ellipse, wrap
@@ -50,7 +52,7 @@ def draw_readings(ax, log, poses, color=ORANGE):
 
 def draw_errors(ax, times, errors, limit=None):
     """Several errors (N+1,) [m] over time: {name: values}."""
-    for (name, values), color, style in zip(errors.items(), COLORS, ["-", "--", "-.", ":", "-", "--"]):
+    for (name, values), color, style in zip(errors.items(), cycle(COLORS), cycle(["-", "--", "-.", ":"])):
         ax.plot(times[: len(values)], 100 * np.asarray(values), style, color=color, lw=1.2, label=name)
     ax.set(xlabel="time [s]", ylabel="error [cm]", xlim=(0, times[-1]), ylim=(0, limit))
     ax.legend(fontsize=8, frameon=False)
@@ -94,7 +96,8 @@ class FormationPanel:
         self.robots = [ax.plot([], [], "-", color=COLORS[i], lw=2)[0] for i in range(n)]
         (self.believed,) = ax.plot([], [], "+", color="k", ms=9, mew=1.5, label="believed position")
         (self.slots,) = ax.plot([], [], "o", color=GREY, ms=11, mfc="none", label="slots")
-        (self.ellipses,) = ax.plot([], [], "-", color="k", lw=0.8, label="3σ ellipse")
+        known = run.covariances is not None
+        (self.ellipses,) = ax.plot([], [], "-", color="k", lw=0.8, label="3σ ellipse" if known else None)
         self.artists = [*self.trails, self.slots, self.ellipses, *self.robots, self.believed]
         ax.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
         # The formation's heading, by which the slots go, lags behind the leader's.

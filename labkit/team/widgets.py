@@ -9,7 +9,7 @@ import numpy as np
 from ..canvas import Canvas
 from ..feedback import FilterError, explain
 from ..plots import BLUE, GREY, ORANGE, VERMILION
-from ..widgets import Kept, Screen, player
+from ..widgets import Kept, Screen, moments, player
 from . import scenarios
 from .frame import align, frame_errors, laid, nees
 from .run import FrameWarning, replay
@@ -123,7 +123,7 @@ class _Explorer:
             line.set_data(self.log.times, (100 * getattr(errors, name)).clip(0.2, 500))
         text = (
             f"mean error: aligned {100 * errors.aligned.mean():.1f} cm, ego {100 * errors.ego.mean():.1f} cm · "
-            f"NEES per dimension {nees(x, P, truth).mean():.2g} · the frame has turned by {np.rad2deg(errors.turned):.2f}°"
+            f"NEES per dimension {nees(x, P, truth).mean():.1f} · the frame has turned by {np.rad2deg(errors.turned):.2f}°"
         )
         if any(issubclass(doubt.category, FrameWarning) for doubt in doubts):
             text += " · most readings of a robot lie beyond the gate: not to be trusted"
@@ -134,7 +134,7 @@ class _Explorer:
 def play(run, interval=80, most=150):
     """Animate a FormationRun: robots, slots, and what the filter believes with its 3-sigma ellipses."""
     screen, frames, texts = Screen(), [], []
-    steps = np.arange(0, len(run.log) + 1, -(-len(run.log) // most))
+    steps = moments(len(run.log), most)
     canvas = Canvas(6.2, 5.0)
     panel = FormationPanel(canvas.axes[0], run)
     canvas.move(panel)
