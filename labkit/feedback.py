@@ -55,6 +55,18 @@ def running_line(frame):
     return _line(frame, frame.f_lineno) if frame else ""
 
 
+def _own_lines(error):
+    """The student's function where it happened, from its first line to that one, or ''."""
+    found, tb = "", error.__traceback__
+    while tb is not None:
+        code = tb.tb_frame.f_code
+        if not _is_library(code.co_filename):
+            numbers = range(code.co_firstlineno, tb.tb_lineno + 1)
+            found = "".join(linecache.getline(code.co_filename, n, tb.tb_frame.f_globals) for n in numbers)
+        tb = tb.tb_next
+    return found
+
+
 def _line(frame, number):
     code = frame.f_code
     cell = f"{code.co_filename}, " if is_cell(code.co_filename) else ""
@@ -85,6 +97,8 @@ def sentence(error):
     if isinstance(error, NotImplementedError):
         return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
+    if isinstance(error, ValueError) and re.search(r"block_diag\([^*,()]+\)", _own_lines(error)):
+        return f"{name}.\n`block_diag` takes blocks one by one: `block_diag(*blocks)`, with a star before the list."
     seen = f"{text}\n{own_line(error)}" if isinstance(error, IndexError) else text
     for kind, pattern, advice in _KNOWN:
         if isinstance(error, kind) and re.search(pattern, seen):

@@ -60,8 +60,8 @@ def _off(scenario, trace, steps, i):
     return f"Not yet right: {scenario['title']}. {hint}".strip(), [
         *_column("before", _values(names[:2], before) + noise_text(scenario, call) if before else []),
         *_column("call", fold(call)),
-        *_column("expected", _values(shown, [right[j] for j in which])),
-        *_column("came", _values(shown, [came[j] for j in which])),
+        *_column("expected", _values(shown, [right[j] for j in which], [came[j] for j in which])),
+        *_column("came", _values(shown, [came[j] for j in which], [right[j] for j in which])),
     ]
 
 
@@ -74,15 +74,19 @@ def _column(title, lines):
     return [f"  {title if i == 0 else '':9} {line}" for i, line in enumerate(lines)]
 
 
-def _values(names, arrays):
-    texts = [_value(name, v) for name, v in zip(names, arrays)]
+def _values(names, arrays, others=None):
+    """others: the arrays that these are to be compared with, where there are such."""
+    texts = [_value(name, v, w) for name, v, w in zip(names, arrays, others or [None] * len(arrays))]
     return [line for text in texts for line in fold(text)]
 
 
-def _value(name, v):
+def _value(name, v, other=None):
     if name.endswith("?"):
         return f"{bool(v)}"
     if np.ndim(v) == 2 and v.shape[0] == v.shape[1] > 4:  # too many numbers to read
+        if np.shape(other) == v.shape and gap_of(np.diag(v), np.diag(other)) <= 1:
+            i, j = np.unravel_index(np.abs(v - other).argmax(), v.shape)
+            return f"{name}[{i}, {j}] = {number_text(v[i, j])} (the diagonal is right)"
         return f"diagonal of {name} = {number_text(np.diag(v))}"
     return (f"{name} = " if name else "") + number_text(v)
 

@@ -50,13 +50,19 @@ def circles(id, title, o, P1=P1, P2=P2, change=(0.0, 0.0), sigma=0.01):
 CIRCLES = [
     circles("left", "an observer to the left of the way", [0.2, 3.1, -2.3]),
     circles("right", "an observer to the right of the way", [2.9, -2.2, 2.4]),
-    circles("behind", "a heading near 180 degrees", [1.2, 3.0, 3.14], change=(0.0, 0.02)),
-    circles("noisy", "readings with a little noise", [0.2, 3.1, -2.3], change=(0.05, 0.01)),
+    circles("behind", "headings on both sides of 180 degrees", [1.2, 3.0, -3.12], change=(0.0, 0.12), sigma=0.05),
+    circles("bearings", "bearings on both sides of 180 degrees", [0.2, 3.1, 1.75]),
+    circles("west", "directions on both sides of 180 degrees", [3.4, 0.2, 2.0], P1=[0.4, 1.2], P2=[0.6, -0.9]),
+    circles("slight", "bearings that differ by 3.6 sigma", [0.2, 3.1, -2.3], sigma=0.16),
+    circles("doubtful", "a bearing that is 3.6 sigma off", [0.2, 3.1, -2.3], change=(0.0, 0.18), sigma=0.05),
+    circles("noisy", "readings with a little noise", [0.2, 3.1, -2.3], change=(0.05, 0.1), sigma=0.05),
     circles("short", "a way of less than a metre", [0.2, 3.1, -2.3], P2=[1.0, 0.1]),
     circles("apart", "circles that do not meet", [0.2, 3.1, -2.3], change=(3.0, 0.0)),
     circles("straight", "bearings that hardly differ", [0.2, 3.1, -2.3], sigma=0.2),
     circles("false", "a bearing that does not fit", [0.2, 3.1, -2.3], change=(0.0, 0.2)),
 ]
+TOO_NEAR = "if c2 <= 0 or abs(measured) <= 3 * np.sqrt(2) * sigma:"
+GAP, HEADING = "abs(wrap(wrap(to[1] - to[0]) - measured))", "circular_mean(to - np.array([z1[1], z2[1]]))"
 PAIR_END = "return np.array([O[0], O[1], heading]) if off <= 3 * np.sqrt(2) * sigma else UNKNOWN"
 CIRCLES_MISTAKES = [
     Mistake("no-baseline", "Two points less than 1 m apart tell too little: return UNKNOWN.",
@@ -73,14 +79,26 @@ CIRCLES_MISTAKES = [
             [("off, O, heading = min(found, key=lambda one: one[0])", "off, O, heading = found[0]\n    off = 0")]),
     Mistake("a-sign", "The foot point is on the wrong side: a = (d1^2 - d2^2 + b^2) / (2 b).",
             [("z1[0] ** 2 - z2[0] ** 2 + b**2", "z2[0] ** 2 - z1[0] ** 2 + b**2")]),
-    Mistake("a-halved", "a is not divided by 2 b: a = (d1^2 - d2^2 + b^2) / (2 b).",
+    Mistake("a-halved", "UNKNOWN came back for a good pair: which of your four tests fired, and why? (a is divided by all of 2 b.)",
             [("/ (2 * b)", "/ 2 * b")]),
+    Mistake("three-sigma", "The limit is 3 sqrt(2) sigma: a difference of two bearings has sqrt(2) times the noise of one.",
+            [(TOO_NEAR, TOO_NEAR.replace("3 * np.sqrt(2)", "3"))], [(PAIR_END, PAIR_END.replace("3 * np.sqrt(2)", "3"))],
+            [(TOO_NEAR, TOO_NEAR.replace("3 * np.sqrt(2)", "3")), (PAIR_END, PAIR_END.replace("3 * np.sqrt(2)", "3"))]),
+    Mistake("predicted-not-wrapped", "The predicted difference is not wrapped: arctan2 jumps where the robot is due west of the observer.",
+            [(GAP, "abs(to[1] - to[0] - measured)")]),
+    Mistake("nothing-wrapped", "Differences of bearings are not wrapped, neither the measured one nor the predicted ones.",
+            [("measured = wrap(z2[1] - z1[1])", "measured = z2[1] - z1[1]"), (GAP, "abs(to[1] - to[0] - measured)")]),
+    Mistake("first-heading", "The heading comes from one of the two sightings only: average both with circular_mean.",
+            [(HEADING, "wrap(to[0] - z1[1])")], [(HEADING, "wrap(to[1] - z2[1])")]),
+    Mistake("arctan2-swapped", "arctan2 takes y first, then x.",
+            [("[::-1]), np.arctan2(*(P2 - O)[::-1])", "), np.arctan2(*(P2 - O))")]),
     Mistake("heading-not-subtracted", "The heading is the direction to the robot *less* the bearing at which it is seen.",
             [("circular_mean(to - np.array([z1[1], z2[1]]))", "circular_mean(to)")], ),
     Mistake("heading-added", "The bearing is added: the heading is the direction to the robot less the bearing at which it is seen.",
             [("circular_mean(to - np.array([z1[1], z2[1]]))", "circular_mean(to + np.array([z1[1], z2[1]]))")]),
     Mistake("heading-arithmetic", "The two headings are averaged arithmetically: use circular_mean.",
-            [("circular_mean(to - np.array([z1[1], z2[1]]))", "np.mean(to - np.array([z1[1], z2[1]]))")]),
+            [(HEADING, "np.mean(to - np.array([z1[1], z2[1]]))")], [(HEADING, "wrap(np.mean(wrap(to - np.array([z1[1], z2[1]]))))")],
+            [(HEADING, "wrap(np.mean(to - np.array([z1[1], z2[1]])))")]),
     Mistake("from-robot", "The directions point from the robot to the observer: it is the observer that looks, so P - O.",
             [("np.arctan2(*(P1 - O)[::-1]), np.arctan2(*(P2 - O)[::-1])", "np.arctan2(*(O - P1)[::-1]), np.arctan2(*(O - P2)[::-1])")]),
 ]
@@ -123,13 +141,19 @@ JACOBIANS_MISTAKES = [
     Mistake("heading-sign", "The entry of the observer's heading is -1: turned left, it sees everything farther right.",
             [(H_O, H_O.replace("-1]", "1]"))]),
     Mistake("target-heading", "The target's heading is irrelevant: its column is 0.",
-            [(H_P, H_P.replace("dx / q, 0]", "dx / q, -1]"))]),
+            [(H_P, H_P.replace("dx / q, 0]", "dx / q, -1]"))], [(H_P, H_P.replace("dx / q, 0]", "dx / q, 1]"))]),
+    Mistake("one-array", "One array came back: return two, `return H_o, H_p`.",
+            [("return H_o, H_p", "return np.hstack([H_o, H_p])")]),
     Mistake("r-for-q", "The bearing row is divided by the square of the range.",
             [("q = dx**2 + dy**2\n    d = np.sqrt(q)", "q = np.hypot(dx, dy)\n    d = q")]),
     Mistake("q-for-r", "The range row is divided by the range itself, not its square.",
             [("d = np.sqrt(q)", "d = q")]),
     Mistake("row-of-lab-3", "The signs are those of lab 3, where the robot moved: here H_p is of the target.",
-            [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]")]),
+            [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]")],
+            [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]"), (H_O, "[[dx / d, dy / d, 0], [-dy / q, dx / q, -1]]")]),
+    Mistake("bearing-sign", "The bearing row has the wrong sign: the derivative of atan2(dy, dx) by dx is -dy / q, by dy it is dx / q.",
+            [(H_P, "[[dx / d, dy / d, 0], [dy / q, -dx / q, 0]]"), (H_O, "[[-dx / d, -dy / d, 0], [-dy / q, dx / q, -1]]")],
+            [(H_P, "[[dx / d, dy / d, 0], [dy / q, -dx / q, 0]]")]),
     Mistake("bearing-columns", "The two entries of the bearing row have changed places: by x it holds dy, by y dx.",
             [(H_P, "[[dx / d, dy / d, 0], [dx / q, -dy / q, 0]]")], [(H_P, "[[dx / d, dy / d, 0], [dx / q, dy / q, 0]]")]),
     Mistake("transposed", "The Jacobians are transposed: (2, 3), a row for each of (range, bearing).",
@@ -171,10 +195,14 @@ FORCE_MISTAKES = [
             [("F = velocity + k_a", "F = k_a")]),
     Mistake("no-limit", "Robots beyond rho_0 act too, and attract: only those nearer than rho_0 count.",
             [("if rho < rho_0:", "if True:")]),
-    Mistake("n-not-unit", "n is not a unit vector: divide me - other by rho.",
+    Mistake("n-not-unit", "A power of rho is missing: e is a unit vector, (me - other) / rho, and the push is divided by rho squared besides.",
             [(PUSH, PUSH.removesuffix(" / rho"))]),
     Mistake("no-square", "The push is divided by rho squared, apart from the rho of n.",
             [(PUSH, PUSH.replace(" / rho**2", ""))]),
+    Mistake("no-push", "The others do not push at all: add the sum over those nearer than rho_0.",
+            [(PUSH, "pass")]),
+    Mistake("each-its-own", "The slot's pull is added once for each of the others: only the pushes are summed up.",
+            [(PUSH, PUSH + " + k_a * (slot - me)")]),
     Mistake("no-difference", "The push is (1/rho - 1/rho_0), so that it begins at rho_0 without a jump.",
             [(PUSH, PUSH.replace("(1 / rho - 1 / rho_0)", "1 / rho"))]),
     Mistake("last-only", "Only one of the others pushes: add up their forces.",
@@ -184,10 +212,10 @@ FORCE_MISTAKES = [
 ]
 
 X0 = [[0.1, -0.2, 0.3], [-4.0, 1.5, -0.4], [3.5, 2.5, -2.6]]
-P0 = [[0.04 if i == j else 0.006 if i // 3 == j // 3 else 0.002 for j in range(9)] for i in range(9)]
-NOISE = {"walk": 0.05, "side": 0.03, "turn": 0.06, "range": 0.08, "bearing": 0.03, "lateral": 0.04}
+P0 = [[0.04 if i == j else 0.03 if i // 3 == j // 3 else 0.002 for j in range(9)] for i in range(9)]
+NOISE = {"walk": 0.05, "side": 0.03, "turn": 0.06, "range": 0.08, "bearing": 0.03, "lateral": 0.2}
 U = [[0.5, 0.1, 0.2], [0.3, -0.05, -0.3], [0.0, 0.0, 0.0]]
-SEEN = {"a": [1, 0, 4.35, 0.09], "b": [2, 0, 4.4, 0.05], "back": [0, 1, 4.9, 2.2], "edge": [0, 1, 4.5, -3.12], "b2": [2, 0, 4.7, 0.2], "false": [1, 2, 2.0, 1.5]}
+SEEN = {"a": [1, 0, 4.2, 0.2], "b": [2, 0, 4.2, -0.02], "back": [0, 1, 4.9, 2.2], "edge": [0, 1, 4.5, -3.12], "b2": [2, 0, 4.8, 0.2], "close": [1, 0, 0.95, 0.5], "far": [1, 0, 3.9, 0.3], "false": [1, 2, 2.0, 1.5]}
 
 
 def run(id, title, *calls, x0=X0, **options):
@@ -206,17 +234,21 @@ PAPER = [
     run("self", "a reading of robot 0 itself", ["back"]),
     run("two", "update with two readings, one after the other", ["a", "b"]),
     run("false", "a false reading beside an honest one: the gate", ["false", "a"]),
-    run("gate", "another gate", ["b2", "a"], gate=0.3),
+    run("gate", "another gate", ["a", "b2"], gate=3.0),
     run("edge", "a bearing across 180 degrees", ["edge"], x0=[[0.1, -0.2, -0.35], *X0[1:]]),
+    run("close", "a reading from close by: R at the expected range", ["close"], x0=[X0[0], [-0.35, -0.4, 0.1], X0[2]]),
+    run("round", "a heading that the update carries across 180 degrees", ["far"], x0=[[0.1, -0.2, 0.3], [3.9, 1.5, 3.13], X0[2]]),
     run("again", "two updates, one after the other", ["a"], ["b"]),
     run("both", "predict, then update", None, ["b", "back"]),
 ]
 EKF = [
     run("predict", "predict, one step", None),
     run("twice", "predict two steps, one heading across 180 degrees", None, None, x0=ACROSS),
-    run("inflate", "another inflate", None, inflate=1.0),
+    run("inflate", "another inflate", None, inflate=9.0),
 ]
+COS, F_BLOCK = "c, s = np.cos(x[2]), np.sin(x[2])", "[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]"
 ADD_X, ADD_P = "x += [dx, dy, ui[2]]", "self.P = F @ self.P @ F.T + W @ Q @ W.T"
+D2 = "self.d2.append(nu @ np.linalg.solve(S, nu))"
 GAIN, NEW_P, NEW_X = "K = np.linalg.solve(S, H @ self.P).T", "self.P = self.P - K @ S @ K.T", "self.x = self.x + (K @ nu).reshape(-1, 3)"
 BLOCKS = "H[:, here], H[:, there] = jacobians(self.x[i], self.x[j])"
 FIRST, SLIPS = "self.x[0, :2] += turn @ u[0, :2]", "self.P[:2, :2] += turn @ np.diag(slips) @ turn.T"
@@ -224,6 +256,10 @@ S = "S = H @ self.P @ H.T + np.diag(sigma**2)"
 PAPER_MISTAKES = [
     Mistake("not-turned", "The step of robot 0 is added as it is: it is known in the robot's own frame, and has to be turned by its heading.",
             [(FIRST, "self.x[0, :2] += u[0, :2]")]),
+    Mistake("nothing-turned", "Nothing is turned by the heading: step and noise are known in the robot's own frame, so R @ step and R Q R'.",
+            [(FIRST, "self.x[0, :2] += u[0, :2]"), (SLIPS, "self.P[:2, :2] += np.diag(slips)")]),
+    Mistake("heading-noise", "The heading of robot 0 gets noise: in the paper's filter only its position does.",
+            [(SLIPS, "turn = np.array([[*turn[0], 0], [*turn[1], 0], [0, 0, 1]])\n        slips = self.inflate * self.noise.of_step(u[0]) ** 2\n        self.P[:3, :3] += turn @ np.diag(slips) @ turn.T")]),
     Mistake("turned-back", "The step is turned the wrong way: R has -sin at the upper right.",
             [("[[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]", "[[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]]")]),
     Mistake("heading-first", "The step is turned by the heading after it: take the heading before the step.",
@@ -240,6 +276,8 @@ PAPER_MISTAKES = [
             [(SLIPS, "pass")]),
     Mistake("no-inflate", "`self.inflate` is not used: Q has it as a factor.",
             [("self.inflate * self.noise.of_step(u[0])[:2]", "self.noise.of_step(u[0])[:2]")]),
+    Mistake("inflate-squared", "`self.inflate` is squared: it is a factor of the variances.",
+            [("self.inflate * self.noise.of_step(u[0])[:2] ** 2", "(self.inflate * self.noise.of_step(u[0])[:2]) ** 2")]),
     Mistake("q-not-squared", "Q holds standard deviations: a covariance holds their squares.",
             [("self.noise.of_step(u[0])[:2] ** 2", "self.noise.of_step(u[0])[:2]")]),
     Mistake("of-metre", "Q is taken for a metre or for another robot's step: use `self.noise.of_step(u[0])`.",
@@ -264,6 +302,14 @@ PAPER_MISTAKES = [
             [("if self.d2[-1] < self.gate:", "if True:")]),
     Mistake("gate-fixed", "The gate is always 13.8: compare with `self.gate`.",
             [("if self.d2[-1] < self.gate:", "if self.d2[-1] < 13.8:")]),
+    Mistake("d2-root", "`self.d2` holds the roots: it is nu' S^-1 nu, a square.",
+            [(D2, "self.d2.append(np.sqrt(nu @ np.linalg.solve(S, nu)))")]),
+    Mistake("stops-at-gate", "After a reading beyond the gate the update ends: leave out that reading only, and go on with the next.",
+            [("            if self.d2[-1] < self.gate:\n", "            if self.d2[-1] >= self.gate:\n                break\n            if True:\n")]),
+    Mistake("heading-0-kept", "Robot 0's heading is left as it was: the update corrects all 3n numbers. (In a run its heading stays, for its variance is 0.)",
+            [(NEW_X, NEW_X + " * (np.arange(self.x.size).reshape(-1, 3) != 2)")]),
+    Mistake("update-not-wrapped", "A heading is outside (-pi, pi] after update: wrap the third column.",
+            [("                " + NEW_X + "\n                self.x[:, 2] = wrap(self.x[:, 2])\n", "                " + NEW_X + "\n")]),
     Mistake("d2-grows", "`self.d2` still holds those of the updates before: start each update with an empty list.",
             [("        self.d2 = []\n        for i, j", "        for i, j")]),
     Mistake("p-not-updated", "`update` leaves the covariance as it was.",
@@ -278,6 +324,23 @@ EKF_MISTAKES = [
             [("for x, ui in zip(self.x, u):", "for x, ui in zip(self.x, np.concatenate([u[:1], 0 * u[1:]])):")]),
     Mistake("world-frame", "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
             [("dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]", "dx, dy = ui[0], ui[1]")]),
+    Mistake("heading-first", "The step is turned by the heading after it: take the heading before the step.",
+            [(COS, "c, s = np.cos(x[2] + ui[2]), np.sin(x[2] + ui[2])")]),
+    Mistake("w-missing", "W is missing: along and across the way have to be turned by the heading, W Q W'.",
+            [(ADD_P, "self.P = F @ self.P @ F.T + Q")]),
+    Mistake("w-transposed", "W Q W' has its transpose in the wrong place.",
+            [(ADD_P, "self.P = F @ self.P @ F.T + W.T @ Q @ W")]),
+    Mistake("f-transposed", "F P F' has its transpose in the wrong place.",
+            [(ADD_P, "self.P = F.T @ self.P @ F + W @ Q @ W.T")]),
+    Mistake("blocks-only", "The covariances *between* robots are lost, or are not moved: F is one matrix (3n, 3n), and F P F' reaches all blocks of P.",
+            [(ADD_P, "self.P = self.P * block_diag(*[np.ones((3, 3))] * len(u))\n        " + ADD_P)],
+            [(ADD_P, "all_P = F @ self.P @ F.T + W @ Q @ W.T\n        own = block_diag(*[np.ones((3, 3))] * len(u)) > 0\n        self.P = np.where(own, all_P, self.P)")]),
+    Mistake("f-of-u", "F has the odometry in its last column: it is the step turned into the common frame, (-delta_y, delta_x).",
+            [(F_BLOCK, "[[1, 0, -ui[1]], [0, 1, ui[0]], [0, 0, 1]]")]),
+    Mistake("q-of-robot-0", "Every robot gets the noise of robot 0's step: use `self.noise.of_step(u[i])`.",
+            [("self.inflate * self.noise.of_step(ui)", "self.inflate * self.noise.of_step(u[0])")]),
+    Mistake("inflate-squared", "`self.inflate` is squared: it is a factor of the variances.",
+            [("self.inflate * self.noise.of_step(ui) ** 2", "(self.inflate * self.noise.of_step(ui)) ** 2")]),
     Mistake("f-identity", "F is the identity (or missing): a heading that is off carries the position astray when the robot drives.",
             [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")]),
     Mistake("f-signs", "The last column of F is (-dy, dx): the derivative of a turned vector is the vector turned by 90 degrees.",
