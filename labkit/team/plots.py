@@ -31,8 +31,10 @@ def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"
     if believed is not None:
         for i in range(believed.shape[1]):
             color = COLORS[i % len(COLORS)]
-            ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=f"{what}, robot {i}")
-            ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4)
+            moved = np.ptp(believed[:, i, :2], axis=0).max() > 1  # or else its arrow is all that can be seen
+            label = f"{what}, robot {i}"
+            ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=label if moved else None)
+            ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4, label=None if moved else label)
     ax.set_aspect("equal")
     ax.set(xlabel="x [m]", ylabel="y [m]")
     ax.set_title(title, fontsize=11)
