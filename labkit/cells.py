@@ -132,10 +132,14 @@ def _step(cell, node, filename):
 
 def _names(code, top=True):
     """The global names that a code object sets, and those that it may look up."""
-    sets, uses = set(), set()
+    sets, uses, own = set(), set(), set()  # own: the names that a class body has given itself so far
     for instruction in dis.get_instructions(code):
         if instruction.opname == "STORE_GLOBAL" or top and instruction.opname == "STORE_NAME":
             sets.add(instruction.argval)
+        elif instruction.opname == "STORE_NAME":
+            own.add(instruction.argval)
+        elif instruction.argval in own and instruction.opname == "LOAD_NAME":
+            continue
         elif instruction.opname.startswith(("LOAD_NAME", "LOAD_GLOBAL", "LOAD_FROM_DICT_OR_GLOBALS")):
             uses.add(instruction.argval)
     for const in code.co_consts:

@@ -440,8 +440,7 @@ print(f"on its own: {first:.1f} cm at first, {last:.1f} cm at last (ego)")
 
 # %% [markdown]
 # (At first it is much less than section 2's 11 cm. What is wrong with an observer's place and what is wrong with its heading belong together: they come from one track, and leave robot 0 nearly where the observer sees it.)
-
-# %% [markdown]
+#
 # How good can it get? Afterwards, when all is recorded, one can ask for the poses that fit *all* odometry and *all* readings best: least squares over the whole run. A filter knows only the past; at the last step it should be as good.
 
 # %% tags=["nbval-ignore-output"]
@@ -485,7 +484,9 @@ draw_paths(axes[0], team.truth[:, :1], odometry, "a: odometry", what="odometry")
 draw_paths(
     axes[1], reference, poses["gate 13.8"], "b: your filter, with a map", true="with a map"
 )
-axes[2].fill([-4, 0, 0, -4], [-3, -3, 0, 0], color="0.9", label="robot in here: false readings")
+axes[2].fill(
+    [-4, 0, 0, -4], [-3, -3, 0, 0], color="0.9", label="robot in here: false readings"
+)
 draw_readings(axes[2], team, team.truth, color="0.2")
 axes[2].set_title("c: what the observers reported", fontsize=11)
 axes[2].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
@@ -577,21 +578,13 @@ def converted(d, alpha, sigma):
 # %% id="check-converted" tags=["check"] points=1 title="converted"
 check("team-converted", converted)
 
+# %% [markdown]
+# By how much are the points of a target 6 m away too near, in the mean? And is their *uncertainty* right (NEES)? The older way to take out the bias is to add it (*additive*); yours, to divide by λ, is *multiplicative*.
+
 # %%
 rng = np.random.default_rng(0)
-print("a target 6 m away: by how much is the mean of 100000 points too near?")
-for degrees in (0.75, 5, 15):
-    sigma = np.deg2rad(degrees)
-    alpha = sigma * rng.standard_normal(100_000)
-    raw, good = 6 - np.mean(6 * np.cos(alpha)), 6 - converted(6, alpha, sigma)[0].mean()
-    print(f"{degrees:5.2f}°: raw {100 * raw:5.1f} cm, converted {100 * good:5.1f} cm")
-
-# %% [markdown]
-# For a laser it does not matter, for a coarse sensor it does. Is the *uncertainty* of such a point right, too? The NEES of single points tells. The older way to take out the bias is to add it (*additive*); yours, to divide by λ, is *multiplicative*.
-
-# %%
 d, N = 6.0, 20_000
-print("NEES per dimension of single points, 6 m away")
+print("bearing noise                too near  NEES per dimension")
 for degrees in (0.75, 5, 15):
     sigma = np.deg2rad(degrees)
     r, alpha = d + noise.range * rng.standard_normal(N), sigma * rng.standard_normal(N)
@@ -604,10 +597,11 @@ for degrees in (0.75, 5, 15):
     for way, found in points.items():
         e, C = found - [d, 0], spread(r, alpha, noise.range, sigma, way)
         d2 = np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0])
-        print(f"{degrees:5.2f}° {way:15s} {d2.mean() / 2:6.2f}")
+        near = -100 * e[:, 0].mean()
+        print(f"{degrees:12.2f}° {way:14s} {near:5.1f} cm {d2.mean() / 2:10.2f}")
 
 # %% [markdown]
-# Raw points of a coarse sensor are hopelessly sure of a place that is off by 20 cm; both repairs make them honest, yours a little more.
+# For a laser it does not matter. Raw points of a coarse sensor are hopelessly sure of a place that is off by 20 cm; both repairs make them honest, yours a little more.
 #
 # Now, for those who want to know, a filter with such points in place of ranges and bearings (the *converted measurement* Kalman filter): the innovation is the difference of two points in the observer's frame. One trap is left. The spread of a point depends on its range and bearing: on those of the *reading*, or of the target as it is *expected*?
 # **Before you run it:** is there a difference at all?
@@ -623,25 +617,25 @@ class ConvertedKF(GroupEKF):
         self.d2 = []
         for i, j, z in seen:
             c, s = np.cos(self.x[i, 2]), np.sin(self.x[i, 2])
-            to_observer = np.array([[c, s], [-s, c]])
-            x, y = to_observer @ (self.x[j] - self.x[i])[:2]
+            to = np.array([[c, s], [-s, c]])  # from the common frame to the observer's
+            x, y = to @ (self.x[j] - self.x[i])[:2]
             d, alpha = np.hypot(x, y), np.arctan2(y, x)
             sigma = self.noise.of_bearing(d)
-            nu = converted(*z, sigma) - [x, y]
-            H = np.zeros((2, self.x.size))
-            H[:, 3 * j : 3 * j + 2] = to_observer
-            H[:, 3 * i : 3 * i + 3] = np.column_stack([-to_observer, [y, -x]])
+            off = converted(*z, sigma) - [x, y]
+            A = np.zeros((2, len(self.x), 3))
+            A[:, j, :2], A[:, i, :2], A[:, i, 2] = to, -to, (y, -x)
+            AP = A.reshape(2, -1) @ self.P
             if self.at_reading:
-                R = spread(*z, self.noise.range, sigma)
+                C = spread(*z, self.noise.range, sigma)
             else:
-                R = expected_spread(d, alpha, self.noise.range, sigma)
-            S = H @ self.P @ H.T + R
-            self.d2.append(nu @ np.linalg.inv(S) @ nu)
-            if self.d2[-1] < self.gate:
-                gain = self.P @ H.T @ np.linalg.inv(S)
-                self.x = self.x + (gain @ nu).reshape(self.x.shape)
-                self.x[:, 2] = wrap(self.x[:, 2])
-                self.P = self.P - gain @ S @ gain.T
+                C = expected_spread(d, alpha, self.noise.range, sigma)
+            weight = np.linalg.inv(AP @ A.reshape(2, -1).T + C)
+            self.d2.append(off @ weight @ off)
+            if self.d2[-1] >= self.gate:
+                continue
+            poses = self.x + (AP.T @ weight @ off).reshape(-1, 3)
+            poses[:, 2] = wrap(poses[:, 2])
+            self.x, self.P = poses, self.P - AP.T @ weight @ AP
 
 
 class AtReading(ConvertedKF):

@@ -1,7 +1,11 @@
-"""Take the README's pictures in a real browser: `python tests/pictures.py`.
+"""Take the README's pictures, the first three in a real browser: `python tests/pictures.py`.
 
 The real robot's picture needs the data set (see docs/students.md).
 """
+
+import base64
+import io
+import json
 
 from PIL import Image
 
@@ -19,8 +23,21 @@ def shot(locator, name):
     PICTURES.mkdir(parents=True, exist_ok=True)
     path = PICTURES / f"{name}.png"
     locator.screenshot(path=path)
+    save(Image.open(path), name)
+
+
+def save(image, name):
     # 32 levels a colour hide the grain of the JPEG inside, and halve the file.
-    Image.open(path).convert("RGB").point(lambda v: min(255, (v + 4) // 8 * 8)).save(path, optimize=True)
+    image = image.convert("RGB").point(lambda v: min(255, (v + 4) // 8 * 8))
+    image.save(PICTURES / f"{name}.png", optimize=True)
+
+
+def still(lab, start, name):
+    """The picture that a cell of an executed solution shows."""
+    book = json.loads((ROOT / "solutions" / f"{lab}.ipynb").read_text(encoding="utf-8"))
+    cell = next(c for c in book["cells"] if c["cell_type"] == "code" and start in "".join(c["source"]))
+    data = next(out["data"]["image/png"] for out in cell["outputs"] if "image/png" in out.get("data", {}))
+    save(Image.open(io.BytesIO(base64.b64decode(data))), name)
 
 
 def take(browser, server):
@@ -51,5 +68,7 @@ def take(browser, server):
 
 
 if __name__ == "__main__":
+    still("04_legged_robot", "explore(", "lab4-explore")
+    still("05_observers", "draw_formation(", "lab5-formation")
     with chromium() as one, jupyterlab() as running:
         take(one, running)

@@ -118,7 +118,7 @@ def test_the_shape_of_a_lab(lab):
     assert 25 <= len(notebook.cells) <= (80 if long else 41)
     assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
     answers = [cell for cell in notebook.cells if cell.metadata.labkit == "answer" and cell.cell_type == "code"]
-    assert 3 <= len(answers) <= (9 if long else 5)
+    assert 3 <= len(answers) <= (10 if long else 5)  # open exercises among them
     assert all("NotImplementedError" in cell.source for cell in answers)
     # What is wider than this is cut off beside JupyterLab's file list on a laptop.
     long = [(cell.id, line) for cell in notebook.cells if cell.cell_type == "code" for line in cell.source.splitlines() if len(line) > 94]

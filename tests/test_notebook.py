@@ -144,6 +144,14 @@ def test_only_what_is_needed_runs(tmp_path):
     assert names["names"] == [6] and "unused" not in names
 
 
+def test_a_class_needs_no_cell_for_the_names_that_it_makes_itself(tmp_path):
+    source = "class A:\n    @property\n    def P(self):\n        return own\n    @P.setter\n    def P(self, P):\n        pass\n    Q = Q"
+    told, names = events(
+        tmp_path, ("show-1", "P = 1 / 0"), ("show-2", "Q = 2"), ("show-3", "own = 5"), ("answer-a", source)
+    )
+    assert told == [] and "P" not in names and names["A"].Q == 2 and names["A"]().P == 5
+
+
 def test_a_cell_that_stops_is_told_if_it_matters(tmp_path):
     check = ("check-f", "def check(name, f):\n    f()\ncheck('f', f)")
     told, _ = events(tmp_path, ("own", "import nothing_like_it as n\nhelp_me = n.one"), ("own2", "1 / 0"),
