@@ -49,20 +49,23 @@ class FrameWarning(UserWarning):
 
 def _warn_of(judged, log, gate, window=100, share=0.8):
     """judged: the d2 of each step's readings, as the filter kept them; any other list is no reason to warn."""
-    left_out = {i: [] for i in range(log.n)}  # of each observer's readings: (step, whether it is left out)
-    for k, (values, seen) in enumerate(zip(judged, log.seen())):
+    steps, left_out = {i: [] for i in range(log.n)}, {i: [] for i in range(log.n)}  # of each one's readings
+    for k, (values, seen) in enumerate(zip(judged, log.seen()), 1):
         if np.shape(values) == (len(seen),):
             for (i, _, _), d2 in zip(seen, values):
-                left_out[i].append((k + 1, not d2 < gate))
-    for i, found in left_out.items():
-        for last in range(window, len(found) + 1):
-            out = sum(out for _, out in found[last - window : last])
-            if out > share * window:
-                warnings.warn_explicit(
-                    f"up to step {found[last - 1][0]} of {len(log)}, {out} of {window} readings of robot {log.ids[i]} lie "
-                    "beyond the gate: from there on, this frame is not to be trusted",
-                    FrameWarning,
-                    filename="replay",
-                    lineno=found[last - 1][0],
-                )
-                break
+                steps[i].append(k)
+                left_out[i].append(not d2 < gate)
+    for i, name in enumerate(log.ids):
+        if len(steps[i]) < window:
+            continue
+        out = np.convolve(left_out[i], np.ones(window), "valid")  # among each `window` readings in a row
+        if (out > share * window).any():
+            first = int((out > share * window).argmax())
+            step = steps[i][first + window - 1]
+            warnings.warn_explicit(
+                f"up to step {step} of {len(log)}, {out[first]:.0f} of {window} readings of robot {name} lie beyond the gate: "
+                "from there on, this frame is not to be trusted",
+                FrameWarning,
+                filename="replay",
+                lineno=step,
+            )

@@ -18,7 +18,9 @@ from .plots import COLORS, FormationPanel
 RUNS = {"cross": scenarios.cross, "rectangle": scenarios.rectangle, "moving": scenarios.moving}
 SLIDERS = {
     "gate": dict(value=13.8, min=0, max=4, description="gate: d²"),
-    "inflate": dict(value=4.0, min=np.log10(4) - 1.6, max=np.log10(4) + 2.4, description="inflate, factor on Q"),
+    "inflate": dict(
+        value=4.0, min=np.log10(4) - 1.6, max=np.log10(4) + 2.4, description="inflate, factor on Q"
+    ),
 }
 
 
