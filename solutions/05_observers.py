@@ -398,7 +398,7 @@ value = nees(x, P, log.truth).mean()
 print(f"the cross again: {after:.1f} cm, NEES per dimension {value:.2f}")
 
 # %% [markdown]
-# Now it is rather too modest: `inflate` is 4, and in this run odometry was better than that. Figure 6: shows what comes next: after a while two of the observers set off. **Before you run it:** the paper's prediction leaves them where they are. What will its filter make of that?
+# Now it is rather too modest: `inflate` is 4, and in this run odometry was better than that. Figure 6 shows what comes next: after a while two of the observers set off. **Before you run it:** the paper's prediction leaves them where they are. What will its filter make of that?
 
 # %%
 log = scenarios.moving(rng=2)
@@ -422,7 +422,7 @@ plt.show()
 
 # %%
 def own_start(log, metres=3.3):
-    """A filter that starts, from readings alone, where robot 0 has come so far; the log from there."""
+    """A filter that starts here from readings alone, and the log from there."""
     track = dead_reckoned(log, np.zeros((log.n, 3)))[:, 0]
     way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
     now = int(np.sum(way < metres))
@@ -500,7 +500,7 @@ mapped = np.linalg.norm((reference - team.truth[:, :1])[..., :2], axis=2).mean()
 print(f"with a map: {100 * mapped:.1f} cm in the mean")
 
 # %% [markdown]
-# The gate leaves out what is false and keeps the rest; without it a few wild readings spoil everything. And a map adds nothing here: robots that watch each other are as good as posts (whose error, moreover, is told in the hall itself, without laying anything on the truth).
+# The gate leaves out what is false and keeps the rest; without it a few wild readings spoil everything. And a map would add nothing for the team: robots that watch each other do as well as posts in the corners. (What a map does add is the place in the *hall*: its 2 cm are told there, without laying anything on the truth.)
 #
 # Now try it: what is the smallest gate that still works? How honest is the filter (NEES) with `inflate` 1, that is with white noise only?
 
