@@ -20,7 +20,7 @@ def started(log, seed, noise=TeamNoise(), KF="GroupEKF", **options):
     """A filter of the solution's for a log, started with an error of 13 cm and 1 degree for all but robot 0."""
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6
-    x0 = log.truth[0] + sigma * np.random.default_rng(seed).standard_normal(sigma.shape)
+    x0 = log.truth[0] + sigma * np.random.default_rng(seed + 1000).standard_normal(sigma.shape)
     return answer(KF)(x0, np.diag(sigma.ravel() ** 2), noise, **options)
 
 

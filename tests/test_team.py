@@ -156,7 +156,7 @@ def test_the_joint_filter_reaches_its_figures(scenario, aligned, ego):
     for seed in range(8):
         log = scenario(rng=seed)
         x, P = replay(started(log, seed), log)
-        assert np.allclose(P, np.swapaxes(P, 1, 2), atol=1e-9) and np.linalg.eigvalsh(P[-1])[0] > 0
+        assert np.allclose(P, np.swapaxes(P, 1, 2), atol=1e-9) and np.linalg.eigvalsh(P[::50]).min() > 0
         one = frame_errors(x, log.truth)
         errors.append([one.aligned.mean(), one.ego.mean()])
     assert (np.median(errors, axis=0) <= [aligned, ego]).all()
@@ -194,7 +194,7 @@ def test_false_readings_do_little_harm_behind_the_gate():
         )
         for logs in (clean, false)
     ]
-    assert errors[1] < 1.25 * errors[0]
+    assert errors[1] < 1.15 * errors[0]  # 1.05 over 30 runs: see the benchmark
 
 
 def test_a_minute_without_sight_loses_nobody():
@@ -230,5 +230,5 @@ def test_a_filter_that_breaks_is_explained():
         def update(self, seen):
             self.x = self.x[0]
 
-    with pytest.raises(FilterError, match=r"stopped in step 1 of 620.*should be \(3, 3\)|stopped in step"):
+    with pytest.raises(FilterError, match=r"(?s)stopped in step 1 of 620.*should be \(3, 3\)"):
         replay(Broken(log.truth[0], np.eye(9), TeamNoise()), log)

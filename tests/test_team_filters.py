@@ -8,8 +8,9 @@ import pytest
 
 from labkit import metrics
 from labkit.geometry import moved
+from labkit.feedback import FilterError
 from labkit.team import (
-    FrameWarning, Route, Team, TeamNoise, by_alignment, delayed, frame_errors, later, nees, of_logs, relative_nees, replay,
+    FrameWarning, Route, Team, TeamLog, TeamNoise, align, by_alignment, delayed, frame_errors, laid, later, nees, of_logs, relative_nees, replay,
     scenarios, seen_from,
 )  # fmt: skip
 from labkit.team.converted import expected_spread, shift, spread
@@ -123,8 +124,14 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
 
 
 def test_a_filter_that_starts_with_section_two_alone_finds_the_others():
+    for seed in range(4):
+        kf, rest = answer("own_start")(scenarios.cross(rng=seed))
+        errors = frame_errors(replay(kf, rest)[0], rest.truth)
+        assert errors.ego[0] < 0.15 and errors.ego[50:].mean() < 0.04
+
+
+def test_a_log_can_begin_later():
     log = scenarios.cross(rng=5)
-    x, _ = replay(started(log, 5), log)
     rest = later(log, 100)
     assert len(rest) == len(log) - 100 and np.array_equal(rest.truth, log.truth[100:])
     assert [len(s) for s in rest.seen()] == [len(s) for s in log.seen()[100:]]
@@ -233,9 +240,9 @@ def test_honest_runs_raise_no_warning(seed):
 
 def test_readings_that_are_no_numbers_do_not_place_an_observer():
     track = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
-    with pytest.raises(ValueError, match="must be finite and equally long"):
+    with pytest.raises(ValueError, match="must be finite numbers"):
         by_alignment(track, np.full(30, np.nan), np.zeros(30))
-    with pytest.raises(ValueError, match="must be finite and equally long"):
+    with pytest.raises(ValueError, match=r"ranges and bearings \(N,\)"):
         by_alignment(track, np.ones(10), np.zeros(10))
 
 
@@ -269,3 +276,63 @@ def test_the_relative_nees_is_that_of_samples_and_does_not_mind_the_frame():
     assert value == pytest.approx(1, abs=0.05)
     truth[:100] = np.nan  # not known for a while
     assert relative_nees(poses, np.tile(P, (3000, 1, 1)), truth) == pytest.approx(1, abs=0.05)
+
+
+def test_what_is_left_in_x_and_p_must_be_an_estimate():
+    log = scenarios.cross(rng=1)
+    for change, told in (
+        (lambda kf: setattr(kf, "x", kf.x[0]), "x has the shape"),
+        (lambda kf: setattr(kf, "P", np.ones(9)), "P \\(9,\\)"),
+        (lambda kf: setattr(kf, "P", -np.eye(9)), "a variance in your filter's P is negative"),
+    ):
+        kf = started(log, 1)
+        update = kf.update
+        kf.update = lambda seen, kf=kf, change=change, update=update: (update(seen), change(kf))
+        with pytest.raises(FilterError, match=told):
+            replay(kf, log)
+
+
+TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
+
+
+@pytest.mark.parametrize(
+    "make, told",
+    [
+        (lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)), "tell too little"),
+        (lambda: by_alignment(TRACK, np.ones(29), np.zeros(30)), "must be"),
+        (lambda: by_alignment(np.zeros((30, 3)), np.ones(30), np.zeros(30)), "track must be"),
+        (lambda: align(np.ones((4, 2)) * np.nan, TRACK[:4]), "must be finite"),
+        (lambda: align(TRACK[:4], np.ones((4, 2))), "two different points"),
+        (lambda: of_logs([]), "two logs or more"),
+        (lambda: of_logs(scenarios.cross(rng=1).logs, (0, 1)), "an id for each"),
+        (lambda: delayed(scenarios.cross(rng=1), np.nan), "steps must be a whole number"),
+        (lambda: delayed(scenarios.cross(rng=1), 0, "a"), "lost must be a share"),
+        (lambda: TeamNoise(range="a"), "range must be a number"),
+        (lambda: Team([(0, 0, 0), (3, 0, 0)], reach=np.nan), "reach a distance"),
+        (lambda: Team([(0, 0, 0), (3, 0, 0)], fov=[1, 2, 3]), "one for each of the 2 robots"),
+        (lambda: Team([(0, 0, 0), (3, 0, 0)], spurious=(0, 0, 1, 1)), "spurious must be"),
+        (lambda: Team([(0, 0, 0), (3, 0, 0)]).record(Route({5: [(1, 1)]}), 3), "a way for robot 5"),
+        (lambda: Team([(0, 0, 0), (3, 0, 0)]).record(Route({}), 0), "at least one step"),
+        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, -1], np.ones((2, 2))), "who must name"),
+        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, 1], np.ones((2, 2))), "two readings"),
+        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([0, 1], np.ones((1, 2))), "who must name"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(make, told):
+    with pytest.raises(ValueError, match=told):
+        make()
+
+
+def test_clocks_an_hour_apart_are_no_team():
+    logs = [dataclasses.replace(log, times=log.times + 1.2e9) for log in scenarios.cross(rng=1).logs]
+    with pytest.raises(ValueError, match="clock of robot 2"):
+        TeamLog((*logs[:2], dataclasses.replace(logs[2], times=logs[2].times + 3600)), (0, 1, 2))
+
+
+def test_where_the_truth_is_unknown_the_other_steps_are_laid_on_it():
+    log = scenarios.rectangle(rng=1, laps=1)
+    truth, x = log.truth.copy(), laid(log.truth, 0.2, np.array([1, 2]))
+    truth[50:60] = np.nan
+    errors = frame_errors(x, truth)
+    assert errors.turned == pytest.approx(-0.2) and np.isnan(errors.aligned).sum() == 10
+    assert np.nanmax(errors.aligned) < 1e-9

@@ -11,7 +11,7 @@ def least_squares(log, x0, P0, noise, believe=None, rounds=8):
     log: a TeamLog.  x0 (n, 3), P0 (3n, 3n): what is known of the start.  noise: a TeamNoise.
     believe: a function (k, observer, target, z) -> bool that leaves readings out; by default all are used.
     Gauss and Newton's method on a sparse system: a chain of odometry for each robot, tied by the readings.
-    Raises ValueError if it does not settle.
+    Raises ValueError if it does not settle: if poses still move by more than a millimetre in the last round.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
@@ -38,7 +38,7 @@ def least_squares(log, x0, P0, noise, believe=None, rounds=8):
         x[..., 2] = wrap(x[..., 2])
         if abs(step).max() < 1e-6:
             return x
-    if abs(step).max() > 1e-2:
+    if abs(step).max() > 1e-3:
         raise ValueError(
             f"the fit does not settle: after {rounds} rounds poses still move by {abs(step).max():.2g}"
         )
@@ -90,7 +90,7 @@ def _system(x, x0, root, u, sigma, readings, noise):
     ex, ey = (p - o)[:, :2].T
     q = np.maximum(ex**2 + ey**2, 1e-6)
     r = np.sqrt(q)
-    weight = 1 / np.stack([np.full(len(r), noise.range), noise.of_bearing(r)], axis=-1)
+    weight = 1 / np.maximum(np.stack([np.full(len(r), noise.range), noise.of_bearing(r)], axis=-1), 1e-5)
     misfit = np.stack([r - z[:, 0], wrap(np.arctan2(ey, ex) - o[:, 2] - z[:, 1])], axis=-1)
     H = np.zeros((len(k), 2, 3))
     H[:, 0, 0], H[:, 0, 1], H[:, 1, 0], H[:, 1, 1] = ex / r, ey / r, -ey / q, ex / q

@@ -7,7 +7,7 @@ import numpy as np
 from ..geometry import wrap
 
 
-def align(a, b, weights=None):
+def align(a, b):
     """The turn and shift that lays points a (N, 2) on b (N, 2) with the least squares: (angle [rad], shift (2,) [m]).
 
     Rigid: no scale, no mirror.  b is about rotation(angle) @ a + shift.  Raises ValueError for fewer than two
@@ -17,13 +17,13 @@ def align(a, b, weights=None):
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 2:
         raise ValueError(f"a and b must have the same shape (N, 2), but have {a.shape} and {b.shape}")
-    w = np.ones(len(a)) if weights is None else np.asarray(weights, dtype=float)
-    w = w / w.sum()
-    mean_a, mean_b = w @ a, w @ b
-    p, q = a - mean_a, b - mean_b
-    if len(a) < 2 or not (w @ (p**2).sum(axis=1) > 1e-12):
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise ValueError("a and b must be finite numbers, but one of them is not")
+    p, q = (points - points.mean(axis=0) if len(points) else points for points in (a, b))
+    if len(a) < 2 or not min((p**2).sum(), (q**2).sum()) > 1e-12 * len(a):
         raise ValueError("two different points are the least that can be laid on others")
-    angle = np.arctan2(w @ (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]), w @ (p * q).sum(axis=1))
+    mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
+    angle = np.arctan2(np.sum(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]), np.sum(p * q))
     return float(angle), mean_b - _turned(mean_a, angle)
 
 
@@ -65,9 +65,10 @@ class FrameErrors:
 
 
 def frame_errors(poses, truth, who=0):
-    """The FrameErrors of an estimate against the truth, both (N+1, n, 3)."""
+    """The FrameErrors of an estimate against the truth, both (N+1, n, 3); NaN where the truth is."""
     poses, truth = np.asarray(poses), np.asarray(truth)
-    angle, shift = align(poses[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
+    known = np.isfinite(truth[..., :2]).all(axis=-1)
+    angle, shift = align(poses[known][:, :2], truth[known][:, :2])
     others = [i for i in range(poses.shape[1]) if i != who]
     mine, due = (seen_from(p[:, others], p[:, [who]])[..., :2] for p in (poses, truth))
     return FrameErrors(
@@ -89,7 +90,7 @@ def nees(poses, covariances, truth, part=None):
     e = e.reshape(len(e), -1)
     part = np.arange(e.shape[1]) if part is None else np.asarray(part)
     e, P = e[:, part], covariances[:, part[:, None], part]
-    # The origin is known exactly: a micrometre and a microradian keep its rows regular.
+    # The origin is known exactly: a micrometre and a microradian on top keep its rows regular.
     solved = np.linalg.solve(P + 1e-12 * np.eye(len(part)), e[..., None])[..., 0]
     return np.einsum("ki,ki->k", e, solved) / len(part)
 

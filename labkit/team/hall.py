@@ -1,6 +1,7 @@
 """Robots on wheels in an empty hall that see one another with laser scanners."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class TeamNoise:
 
     def __post_init__(self):
         for name, value in vars(self).items():
-            if not (np.isscalar(value) and np.isfinite(value) and 0 <= value <= 10):
+            if not (isinstance(value, Real) and 0 <= value <= 10):
                 raise ValueError(f"{name} must be a number from 0 to 10, but it is {value!r}")
 
     def of_bearing(self, r):
@@ -57,8 +58,7 @@ class Team:
     """Robots that drive, and look at each other.
 
     poses (n, 3): where they start, world frame.  sees: pairs (observer, target) of positions in the list, by default
-    all.  fov: [rad] how wide scanners look ahead, of
-    all or of each (n,).  reach: [m].  spurious: (x, y, width, height, probability) of a
+    all.  fov: [rad] how wide scanners look ahead, of all or of each (n,).  reach: [m].  spurious: (x, y, width, height, probability) of a
     region of the hall in which a reading is false with that probability.  dark: (first, last) steps without sight.
     rng: a numpy Generator, or a seed for one.
     """
@@ -84,6 +84,10 @@ class Team:
         if any(not (0 <= i < n and 0 <= j < n and i != j) for i, j in pairs):
             raise ValueError(f"sees must name two different robots from 0 to {n - 1} in each pair")
         self.noise, self.rng = noise or TeamNoise(), np.random.default_rng(rng)
+        if np.shape(fov) not in ((), (n,)) or not (np.asarray(fov) > 0).all() or not reach > 0:
+            raise ValueError(f"fov must be an angle, or one for each of the {n} robots, and reach a distance; both more than 0")
+        if spurious is not None and len(spurious) != 5:
+            raise ValueError("spurious must be (x, y, width, height, probability)")
         self.sees, self.fov = pairs, np.broadcast_to(np.asarray(fov, dtype=float), n)
         self.reach, self.spurious, self.dark = reach, spurious, dark
         self.bias = self.rng.standard_normal((n, 3)) * [
@@ -118,7 +122,7 @@ class Team:
         for i, j in self.sees:
             dx, dy = self.poses[j, :2] - self.poses[i, :2]
             r, bearing = np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - self.poses[i, 2])
-            if r > self.reach or abs(bearing) > self.fov[i] / 2 or self._hidden(i, j, r):
+            if r == 0 or r > self.reach or abs(bearing) > self.fov[i] / 2 or self._hidden(i, j, r):
                 continue
             z = np.array([r, bearing]) + self.rng.standard_normal(2) * [
                 self.noise.range,
@@ -144,6 +148,8 @@ class Team:
 
     def record(self, control, steps, name="simulated team"):
         """A TeamLog of `steps` steps; control(team) gives the commands (n, 2) of each."""
+        if steps < 1:
+            raise ValueError(f"a run needs at least one step, but steps is {steps}")
         n, times = self.n, DT * np.arange(steps + 1)
         truth, odometry, seen = [self.poses], [], [[] for _ in range(n)]
         for k in range(steps):
@@ -170,6 +176,8 @@ class Route:
     def __call__(self, team):
         commands = np.zeros((team.n, 2))
         for i, way in self.ways.items():
+            if not 0 <= i < team.n:
+                raise ValueError(f"there is a way for robot {i}, but the team has robots 0 to {team.n - 1}")
             if team.step < self.start.get(i, 0):
                 continue
             while way and np.hypot(*(way[0] - team.poses[i, :2])) < 0.05:

@@ -1,6 +1,7 @@
 """What a team of robots did and saw of one another: one Log for each, with the same steps."""
 
 from dataclasses import dataclass, replace
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class TeamLog:
             raise ValueError(f"ids must differ, but they are {list(self.ids)}")
         first = self.logs[0]
         for i, log in zip(self.ids, self.logs):
-            if len(log) != len(first) or not np.allclose(log.times, first.times):
+            if len(log) != len(first) or np.abs(log.times - first.times).max() > 0.1 * first.dt:
                 raise ValueError(
                     f"the clock of robot {i} does not run with that of robot {self.ids[0]}: their times differ"
                 )
@@ -102,6 +103,8 @@ def of_logs(logs, ids=None, name="team"):
     logs: Logs with odometry, say from `mrclam.with_odometry(mrclam.load(robot, robots=True))`, of the same rate.
     """
     ids = tuple(range(1, len(logs) + 1)) if ids is None else tuple(ids)
+    if len(logs) < 2 or len(ids) != len(logs):
+        raise ValueError(f"a team needs two logs or more and an id for each, but has {len(logs)} and {len(ids)}")
     rate = 1 / logs[0].dt
     first = max(round(log.times[0] * rate) for log in logs)
     last = min(round(log.times[-1] * rate) for log in logs)
@@ -134,9 +137,9 @@ def delayed(log, steps=0, lost=0.0, rng=None):
 
     rng: a numpy Generator, or a seed for one.  Raises ValueError for a delay or a share that cannot be.
     """
-    if steps != int(steps) or steps < 0:
+    if not (isinstance(steps, Integral) and steps >= 0):
         raise ValueError(f"steps must be a whole number, 0 or more, but it is {steps!r}")
-    if not 0 <= lost <= 1:
+    if not (isinstance(lost, Real) and 0 <= lost <= 1):
         raise ValueError(f"lost must be a share from 0 to 1, but it is {lost!r}")
     rng = np.random.default_rng(rng)
     logs = []

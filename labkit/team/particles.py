@@ -5,13 +5,16 @@ import numpy as np
 from ..geometry import root, wrap
 
 
+GATE = 13.8  # as a joint filter's
+
+
 class TeamParticles:
     """Rao-Blackwellised particle filter: `predict(u)`, `update(seen)`, x (n, 3), P (3n, 3n), and `particles` (m, 3).
 
     m: how many.  x0 (n, 3), P0 (3n, 3n), noise: as for a joint filter.  rng: a numpy Generator, or a seed for one.
     Robot 0 is sampled. Given where it is, the observers are independent of each other, so each particle has an
-    extended Kalman filter for each of them; `observers` (m, n-1, 3) are their means.  Readings between observers are
-    left aside.  Source: the paper's figure 8; K. Murphy, S. Russell, "Rao-Blackwellised particle filtering for dynamic
+    extended Kalman filter for each of them; `observers` (m, n-1, 3) are their means.  Only what the observers see of
+    robot 0 is used; readings between observers, and those of robot 0 itself, are left aside.  Source: the paper's figure 8; K. Murphy, S. Russell, "Rao-Blackwellised particle filtering for dynamic
     Bayesian networks" (2001).
     """
 
@@ -67,8 +70,9 @@ class TeamParticles:
         S[:, 1, 1] += self.noise.of_bearing(d) ** 2
         K = np.swapaxes(np.linalg.solve(S, HP), 1, 2)
         d2 = np.einsum("mi,mi->m", nu, np.linalg.solve(S, nu[..., None])[..., 0])
-        likelihood = np.exp(-d2 / 2) / np.sqrt(np.linalg.det(S)) + 1e-12  # a false reading condemns nobody
-        good = d2 < 13.8
+        # A false reading is as improbable for every particle as one at the gate, and so condemns none.
+        likelihood = np.exp(-np.minimum(d2, GATE) / 2) / np.sqrt(np.linalg.det(S))
+        good = d2 < GATE
         self.observers[good, i] = o[good] + (K[good] @ nu[good, :, None])[..., 0]
         self.covariances[good, i] = (P - K @ HP)[good]
         self.w = self.w * likelihood

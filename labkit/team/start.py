@@ -6,6 +6,7 @@ from ..geometry import wrap
 from .frame import align, laid
 
 BASELINE = 1.0  # [m] the robot must have driven at least so far
+APART = 0.1  # [m] two places must be, and the readings of them, to propose a pose
 CONTRADICTION = 0.5  # [m] if half of the readings are farther off than this, they are not of this robot
 
 
@@ -18,7 +19,13 @@ def by_alignment(track, ranges, bearings):
     Raises ValueError, in a sentence, if the robot has not driven far enough to tell, or if the readings contradict
     each other wherever the observer stands.
     """
-    track = np.asarray(track, dtype=float)
+    track, ranges, bearings = (np.asarray(one, dtype=float) for one in (track, ranges, bearings))
+    if track.ndim != 2 or track.shape[1] != 2 or not len(track) == len(ranges) == len(bearings):
+        raise ValueError(
+            f"track must be (N, 2), ranges and bearings (N,), but they are {track.shape}, {ranges.shape}, {bearings.shape}"
+        )
+    if not all(np.isfinite(one).all() for one in (track, ranges, bearings)):
+        raise ValueError("track, ranges and bearings must be finite numbers, but one of them is not")
     far = np.linalg.norm(track[:, None] - track[None], axis=2).max() if len(track) else 0.0
     if far < BASELINE:
         raise ValueError(
@@ -27,16 +34,14 @@ def by_alignment(track, ranges, bearings):
     points = np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings)], axis=-1)
     # Some readings may be false: pairs of readings propose poses, and the one that fits half of all readings best
     # tells which readings to believe.
-    if len(points) != len(track) or not np.isfinite(points).all() or not np.isfinite(track).all():
-        raise ValueError(
-            f"track, ranges and bearings must be finite and equally long, but are {len(track)} and {len(points)}"
-        )
     half = len(points) // 2
     proposals = [
-        align(points[[k, k + half]], track[[k, k + half]])
-        for k in range(half)
-        if (track[k] != track[k + half]).any()
+        align(points[[k, m]], track[[k, m]])
+        for k, m in zip(range(half), range(half, 2 * half))
+        if min(np.linalg.norm(one[k] - one[m]) for one in (points, track)) > APART
     ]
+    if not proposals:
+        raise ValueError("the readings tell too little: none is of a place other than half of the way before")
     best = min((_off(points, track, *one) for one in proposals), key=np.median)
     if np.median(best) > CONTRADICTION:
         raise ValueError(
