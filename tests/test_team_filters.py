@@ -298,7 +298,10 @@ TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
 @pytest.mark.parametrize(
     "make, told",
     [
-        (lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)), "tell too little"),
+        (
+            lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)),
+            "tell too little",
+        ),
         (lambda: by_alignment(TRACK, np.ones(29), np.zeros(30)), "must be"),
         (lambda: by_alignment(np.zeros((30, 3)), np.ones(30), np.zeros(30)), "track must be"),
         (lambda: align(np.ones((4, 2)) * np.nan, TRACK[:4]), "must be finite"),
@@ -313,9 +316,18 @@ TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
         (lambda: Team([(0, 0, 0), (3, 0, 0)], spurious=(0, 0, 1, 1)), "spurious must be"),
         (lambda: Team([(0, 0, 0), (3, 0, 0)]).record(Route({5: [(1, 1)]}), 3), "a way for robot 5"),
         (lambda: Team([(0, 0, 0), (3, 0, 0)]).record(Route({}), 0), "at least one step"),
-        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, -1], np.ones((2, 2))), "who must name"),
-        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, 1], np.ones((2, 2))), "two readings"),
-        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([0, 1], np.ones((1, 2))), "who must name"),
+        (
+            lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, -1], np.ones((2, 2))),
+            "who must name",
+        ),
+        (
+            lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, 1], np.ones((2, 2))),
+            "two readings",
+        ),
+        (
+            lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([0, 1], np.ones((1, 2))),
+            "who must name",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_sentence(make, told):

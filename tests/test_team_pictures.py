@@ -69,7 +69,7 @@ def test_exact_readings_lie_on_the_robot_that_was_seen_and_errors_are_in_centime
     np.testing.assert_allclose(data(left)["readings"], due, atol=1e-9)
     e = frame_errors(dead_reckoned(short()), log.truth)
     plots.draw_errors(right, log.times, {"gauge": e.gauge, "ego, at first": e.ego[:20]}, limit=60)
-    assert {"gauge", "ego, at first", "error [cm]"} <= set(names(drawn, shown(drawn)))
+    assert {"gauge", "ego, at first", "error of robot 0 [cm]"} <= set(names(drawn, shown(drawn)))
     np.testing.assert_allclose(data(right)["gauge"], np.column_stack([log.times, 100 * e.gauge]))
     np.testing.assert_allclose(data(right)["ego, at first"][:, 1], 100 * e.ego[:20])
     assert right.get_ylim() == (0, 60) and right.get_xlim() == (0, log.times[-1])

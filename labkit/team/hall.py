@@ -85,7 +85,9 @@ class Team:
             raise ValueError(f"sees must name two different robots from 0 to {n - 1} in each pair")
         self.noise, self.rng = noise or TeamNoise(), np.random.default_rng(rng)
         if np.shape(fov) not in ((), (n,)) or not (np.asarray(fov) > 0).all() or not reach > 0:
-            raise ValueError(f"fov must be an angle, or one for each of the {n} robots, and reach a distance; both more than 0")
+            raise ValueError(
+                f"fov must be an angle, or one for each of the {n} robots, and reach a distance; both more than 0"
+            )
         if spurious is not None and len(spurious) != 5:
             raise ValueError("spurious must be (x, y, width, height, probability)")
         self.sees, self.fov = pairs, np.broadcast_to(np.asarray(fov, dtype=float), n)

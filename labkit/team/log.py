@@ -104,7 +104,9 @@ def of_logs(logs, ids=None, name="team"):
     """
     ids = tuple(range(1, len(logs) + 1)) if ids is None else tuple(ids)
     if len(logs) < 2 or len(ids) != len(logs):
-        raise ValueError(f"a team needs two logs or more and an id for each, but has {len(logs)} and {len(ids)}")
+        raise ValueError(
+            f"a team needs two logs or more and an id for each, but has {len(logs)} and {len(ids)}"
+        )
     rate = 1 / logs[0].dt
     first = max(round(log.times[0] * rate) for log in logs)
     last = min(round(log.times[-1] * rate) for log in logs)

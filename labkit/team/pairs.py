@@ -63,7 +63,9 @@ class PairFilters:
         """
         who, z = np.asarray(who, dtype=int), np.asarray(z, dtype=float).reshape(-1, 2).T
         if who.shape != z.shape[1:] or not ((0 <= who) & (who < self._x.shape[1])).all():
-            raise ValueError(f"who must name an observer from 0 to {self._x.shape[1] - 1} for each reading, z (m, 2)")
+            raise ValueError(
+                f"who must name an observer from 0 to {self._x.shape[1] - 1} for each reading, z (m, 2)"
+            )
         if len(np.unique(who)) < len(who):
             raise ValueError("an observer has two readings of the same step: update with one after the other")
         (x, y, _), P = self._x[:, who], self._P[:, :, who]

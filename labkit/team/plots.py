@@ -31,10 +31,8 @@ def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"
     if believed is not None:
         for i in range(believed.shape[1]):
             color = COLORS[i % len(COLORS)]
-            moved = np.ptp(believed[:, i, :2], axis=0).max() > 1  # or else its arrow is all that can be seen
-            label = f"{what}, robot {i}"
-            ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=label if moved else None)
-            ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4, label=None if moved else label)
+            ax.plot(*believed[:, i, :2].T, "--", color=color, lw=1.2, label=f"{what}, robot {i}")
+            ax.plot(*arrow(believed[-1, i]).T, "-", color=color, lw=1.4)
     ax.set_aspect("equal")
     ax.set(xlabel="x [m]", ylabel="y [m]")
     ax.set_title(title, fontsize=11)
@@ -52,11 +50,11 @@ def draw_readings(ax, log, poses, color=ORANGE):
     ax.plot(*points.T, ".", color=color, ms=2, alpha=0.5, label="readings")
 
 
-def draw_errors(ax, times, errors, limit=None):
-    """Several errors (N+1,) [m] over time: {name: values}."""
+def draw_errors(ax, times, errors, limit=None, of="robot 0"):
+    """Several errors (N+1,) [m] over time: {name: values}; of whom, for the label."""
     for (name, values), color, style in zip(errors.items(), cycle(COLORS), cycle(["-", "--", "-.", ":"])):
         ax.plot(times[: len(values)], 100 * np.asarray(values), style, color=color, lw=1.2, label=name)
-    ax.set(xlabel="time [s]", ylabel="error [cm]", xlim=(0, times[-1]), ylim=(0, limit))
+    ax.set(xlabel="time [s]", ylabel=f"error of {of} [cm]", xlim=(0, times[-1]), ylim=(0, limit))
     ax.legend(fontsize=8, frameon=False)
 
 

@@ -37,7 +37,9 @@ def replay(kf, log):
             f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number."
         )
     if (bad := np.diagonal(P, axis1=1, axis2=2).min(axis=1) < -1e-9).any():
-        raise FilterError(f"After step {int(bad.argmax())} of {len(log)} a variance in your filter's P is negative.")
+        raise FilterError(
+            f"After step {int(bad.argmax())} of {len(log)} a variance in your filter's P is negative."
+        )
     _warn_of(judged, log, getattr(kf, "gate", np.inf))
     return x, P
 
