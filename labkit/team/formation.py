@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry import wrap
 from .hall import DT, TURN, Team
-from .log import TeamLog, member_log
+from .log import TeamLog, recorded
 
 SLOTS = np.array([[-1.1, 0.9], [-1.1, -0.9]])  # [m] behind the leader, to its left and right: a triangle
 CRUISE, FASTEST = 0.25, 0.5  # [m/s] of the leader at best, of a follower at most
@@ -95,9 +95,8 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
     x = team.poses if estimator is None else np.array(estimator.x)
     truth, believed, odometry, seen = [team.poses], [x], [], [[] for _ in range(n)]
     spread = [] if estimator is None else [np.array(estimator.P)]
-    heading = true_heading = x[0, 2]
-    true_heading = team.poses[0, 2]
-    corners, errors, speed = [], [_from_slots(team.poses, true_heading)], 0.0
+    heading, true_heading = x[0, 2], team.poses[0, 2]
+    corners, errors = [], [_from_slots(team.poses, true_heading)]
     blend = 1 - np.exp(-DT / SLOW_HEADING)
     for k in range(steps):
         before = heading
@@ -117,8 +116,7 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
                 commands[0] = 0.0, np.clip(off / DT, -TURN / 2, TURN / 2)
             else:
                 commands[0] = pace, np.clip(off / (2 * DT), -TURN, TURN)
-        speed = commands[0, 0]
-        ahead = speed * np.array([np.cos(x[0, 2]), np.sin(x[0, 2])])
+        ahead = commands[0, 0] * np.array([np.cos(x[0, 2]), np.sin(x[0, 2])])
         for i in range(1, n):
             arm = wanted[i - 1] - x[0, :2]
             velocity = ahead + rate * np.array([-arm[1], arm[0]])
@@ -147,14 +145,10 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
         errors.append(_from_slots(team.poses, true_heading))
         if not way and commands[0].any() == 0 and k > 50 and worst < FORMED:
             break
-    truth, odometry = np.array(truth), np.array(odometry)
-    times = DT * np.arange(len(truth))
-    logs = tuple(
-        member_log(times, odometry[:, i], truth[:, i], seen[i], f"{name}, robot {i}") for i in range(n)
-    )
+    truth = np.array(truth)
     apart = np.linalg.norm(truth[:, :, None, :2] - truth[:, None, :, :2], axis=3)[:, *np.triu_indices(n, 1)]
     return FormationRun(
-        TeamLog(logs, tuple(range(n)), name),
+        recorded(DT, odometry, truth, seen, name),
         np.array(believed),
         np.array(errors),
         tuple(corners),

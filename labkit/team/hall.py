@@ -6,7 +6,7 @@ from numbers import Real
 import numpy as np
 
 from ..geometry import wrap
-from .log import TeamLog, member_log
+from .log import recorded
 
 DT = 0.2  # [s] the scanners turn five times a second
 SPEED, TURN = 0.3, 0.6  # [m/s], [rad/s] of a robot on its way
@@ -152,18 +152,13 @@ class Team:
         """A TeamLog of `steps` steps; control(team) gives the commands (n, 2) of each."""
         if steps < 1:
             raise ValueError(f"a run needs at least one step, but steps is {steps}")
-        n, times = self.n, DT * np.arange(steps + 1)
-        truth, odometry, seen = [self.poses], [], [[] for _ in range(n)]
+        truth, odometry, seen = [self.poses], [], [[] for _ in range(self.n)]
         for k in range(steps):
             odometry.append(self.drive(control(self)))
             truth.append(self.poses)
             for i, j, z in self.look():
                 seen[i].append((k, j, *z))
-        truth, odometry = np.array(truth), np.array(odometry)
-        logs = tuple(
-            member_log(times, odometry[:, i], truth[:, i], seen[i], f"{name}, robot {i}") for i in range(n)
-        )
-        return TeamLog(logs, tuple(range(n)), name)
+        return recorded(DT, odometry, truth, seen, name)
 
 
 class Route:

@@ -31,6 +31,8 @@ class TeamLog:
         if len(set(self.ids)) != len(self.ids):
             raise ValueError(f"ids must differ, but they are {list(self.ids)}")
         first = self.logs[0]
+        if not len(first):
+            raise ValueError("a team's logs must have at least one step")
         for i, log in zip(self.ids, self.logs):
             if len(log) != len(first) or np.abs(log.times - first.times).max() > 0.1 * first.dt:
                 raise ValueError(
@@ -87,13 +89,24 @@ def dead_reckoned(log, start=None):
     return np.array(poses)
 
 
-def member_log(times, controls, truth, seen, name):
-    """The Log of one member: seen is a list of (step, id, range, bearing)."""
+def recorded(dt, odometry, truth, seen, name):
+    """The TeamLog of a run with steps of dt [s]: odometry (N, n, 3), truth (N+1, n, 3), and what each one saw.
+
+    seen: for each member a list of (step, member, range, bearing).
+    """
+    odometry, truth = np.array(odometry), np.array(truth)
+    members = range(truth.shape[1])
+    times = dt * np.arange(len(truth))
+    logs = [_member(times, odometry[:, i], truth[:, i], seen[i], f"{name}, robot {i}") for i in members]
+    return TeamLog(tuple(logs), tuple(members), name)
+
+
+def _member(times, controls, truth, seen, name):
     seen = sorted(seen, key=lambda one: one[0])
     return Log(
-        np.array(times), np.array(controls), np.array([s[0] for s in seen], dtype=int),
+        times.copy(), controls.copy(), np.array([s[0] for s in seen], dtype=int),
         np.array([s[1] for s in seen]), np.array([s[2:] for s in seen], dtype=float).reshape(-1, 2), Map(),
-        sensor="rb", frame="robot", truth=np.array(truth), name=name,
+        sensor="rb", frame="robot", truth=truth.copy(), name=name,
     )  # fmt: skip
 
 
