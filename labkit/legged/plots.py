@@ -61,14 +61,12 @@ class WalkPanel:
         self.truth.set_data(*_broken(log.truth[:, :2], log.kidnapped).T)
         self.start.set_data(*log.truth[[0, *(k + 1 for k in log.kidnapped)], :2].T)
         self.lifted.set_data(*log.truth[list(log.kidnapped), :2].T)
-        sure = (
-            history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
-        )  # an estimate of "anywhere" is just the middle of the field
+        # An estimate of "anywhere" is just the middle of the field.
+        sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
         self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
-        known = every[
-            history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0
-        ]  # wider ones would fill the picture
+        # Wider ones would fill the picture.
+        known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]
         outline = ellipse(history.x[known, :2], history.P[known, :2, :2], points=40)
         gap = np.full((len(known), 1, 2), np.nan)
         self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
