@@ -6,7 +6,7 @@ The filter is missing on purpose: it is what the student writes.
 
 from importlib import import_module
 
-from .feedback import FilterError
+from .checks.feedback import FilterError
 from .geometry import rotation, wrap
 from .log import History, Log, make_filter, replay, simulate
 from .robot import Robot
@@ -21,7 +21,7 @@ _LAZY = {
     "explore": "widgets",
     "play": "widgets",
     "progress": "widgets",
-    "load_answer": "notebook",
+    "load_answer": "notebook.answers",
 }
 
 __all__ = [

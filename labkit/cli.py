@@ -37,9 +37,9 @@ def main(argv=None):
     make.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
     make.add_argument("--no-run", action="store_true", help="do not run the solutions")
 
-    full = importlib.util.find_spec("labkit.grading") is not None
+    full = importlib.util.find_spec("labkit.instructor") is not None
     if full:
-        importlib.import_module("labkit.grading.options").add(commands)
+        importlib.import_module("labkit.instructor.options").add(commands)
     if not full and (argv or sys.argv[1:])[:1] in (["grade"], ["release"], ["sandbox"], ["build"]):
         print("labkit: this is the students' kit; that command is in the full one.", file=sys.stderr)
         return UNREADABLE
@@ -53,12 +53,12 @@ def main(argv=None):
         except KeyboardInterrupt:
             return 130
     if args.command == "data":
-        from .datasets import main as data
+        from .mrclam.install import main as data
 
         return data(args.paths)
     if args.command in ("grade", "release", "sandbox"):
         return args.run(args)
-    from .build import main as build
+    from .instructor.authoring.build import main as build
 
     return build(args.names, check=args.check, run=not args.no_run)
 
@@ -100,7 +100,7 @@ def check_one(path, seconds):
 def _listen(path, seconds):
     """The news of a child process that runs the notebook; and why it ended early, or ''."""
     kit = Path(__file__).resolve().parent.parent
-    start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.worker import main; main({str(path)!r}, {seconds!r})"
+    start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.notebook.worker import main; main({str(path)!r}, {seconds!r})"
     child = subprocess.Popen(
         [sys.executable, "-X", "utf8", "-c", start],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .feedback import FilterError, Told, explain
+from .checks.feedback import FilterError, Told, explain
 from .geometry import as_covariance, root
 from .robot import add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import metrics
 from .canvas import Canvas
-from .feedback import FilterError
+from .checks.feedback import FilterError
 from .log import START, START_COV, make_filter, replay, simulate
 from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
 from .robot import HANDOUT_Q, HANDOUT_R, Robot

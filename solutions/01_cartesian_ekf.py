@@ -362,7 +362,7 @@ explore(KF, sliders=("Q", "R", "landmarks"))
 # %% id="setup-exam" tags=["setup", "hidden"]
 import dataclasses
 
-from labkit.grading.examine import Exam
+from labkit.instructor.exam.exam import Exam
 
 exam = Exam("01_cartesian_ekf")
 check = exam.check

@@ -358,7 +358,7 @@ explore(KF, sliders=("Q", "landmarks", "range"), landmarks=5, seed=3)
 # They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
 
 # %% id="setup-exam" tags=["setup", "hidden"]
-from labkit.grading.examine import Exam
+from labkit.instructor.exam.exam import Exam
 
 exam = Exam("02_noise_mismatch")
 check = exam.check

@@ -466,7 +466,7 @@ explore(KF, log, kind="nis", Q=Q_real, R=R_real, x0=log.truth[0], P0=0.1**2 * np
 # %% id="setup-exam" tags=["setup", "hidden"]
 import dataclasses
 
-from labkit.grading.examine import Exam
+from labkit.instructor.exam.exam import Exam
 
 exam = Exam("03_range_bearing_ekf")
 check = exam.check

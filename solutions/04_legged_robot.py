@@ -897,7 +897,7 @@ plt.show()
 # They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
 
 # %% id="setup-exam" tags=["setup", "hidden"]
-from labkit.grading.examine import Exam
+from labkit.instructor.exam.exam import Exam
 
 exam = Exam("04_legged_robot")
 check = exam.check

@@ -1186,7 +1186,7 @@ for name, value in values.items():
 # They stand only in this copy. When a class is graded, each runs with numbers drawn for each student.
 
 # %% id="setup-exam" tags=["setup", "hidden"]
-from labkit.grading.team import TeamExam
+from labkit.instructor.exam.team import TeamExam
 from labkit.team import Route, Team
 
 exam = TeamExam("05_observers")

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from reference import LABS, ROOT
+from helpers.reference import LABS, ROOT
 
 
 def test_the_kernel_benchmark_runs():

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from browser import LAB1, LAB3, NoBrowser, Page, answers, cells, chromium, jupyterlab, put, put_filled
+from helpers.browser import LAB1, LAB3, NoBrowser, Page, answers, cells, chromium, jupyterlab, put, put_filled
 
 pytestmark = pytest.mark.browser
 

@@ -9,9 +9,9 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from labkit import build
+from labkit.instructor.authoring import build
 
-from reference import LABS, ROOT
+from helpers.reference import LABS, ROOT
 
 
 def script(lab):

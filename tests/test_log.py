@@ -6,7 +6,7 @@ from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 
 from labkit import FilterError, Landmark, Log, Map, Robot, make_filter, metrics, random_map, replay, simulate, wrap
 
-from reference import Q, R, far_from_path, history, record, solution
+from helpers.reference import Q, R, far_from_path, history, record, solution
 
 
 def test_simulate_has_the_distribution_of_the_loop():

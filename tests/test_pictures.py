@@ -1,34 +1,19 @@
 """Plots, sliders and animation, without a browser (tests/test_browser.py has one)."""
 
 import base64
-import io
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
 from labkit import EnvPlot, Robot, explore, make_filter, metrics, play, progress, random_map
 from labkit.canvas import Canvas
 from labkit.plots import ConsistencyPanel, MapPanel, limits, plot_mean_nees, plot_run
 
-from reference import ROOT, Q, R, history, record, solution
-
-
-def widgets(box, kind):
-    """All widgets of a class name in a tree of boxes."""
-    below = [w for child in getattr(box, "children", ()) for w in widgets(child, kind)]
-    return below + ([box] if type(box).__name__ == kind else [])
-
-
-def kept(box):
-    return box._repr_mimebundle_()
-
-
-def pixels(data):
-    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)
+from helpers.drawings import kept, pixels, widgets
+from helpers.reference import ROOT, Q, R, history, record, solution
 
 
 @pytest.mark.parametrize("module", ["labkit", "labkit.mrclam", "labkit.metrics", "labkit.checks", "labkit.plots"])

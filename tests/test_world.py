@@ -8,7 +8,7 @@ from labkit.geometry import as_covariance, ellipse, root
 from labkit.log import simulate
 from labkit.world import difference, located, sensed
 
-from reference import Q, R
+from helpers.reference import Q, R
 
 
 def test_wrap_brings_angles_into_minus_pi_pi():

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..feedback import FilterError, explain
+from ..checks.feedback import FilterError, explain
 from ..geometry import as_covariance, backward, moved, wrap
 from .field import FIELD
 from .inputs import as_count, as_motion, known

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import metrics
 from ..canvas import Canvas
-from ..feedback import FilterError
+from ..checks.feedback import FilterError
 from ..log import make_filter, replay
 from ..widgets import Kept, Screen, moments, player
 from .fuzzygrid import FuzzyGrid

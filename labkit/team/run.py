@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 
-from ..feedback import FilterError, explain
+from ..checks.feedback import FilterError, explain
 
 
 def replay(kf, log):

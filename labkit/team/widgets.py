@@ -7,7 +7,7 @@ import ipywidgets as w
 import numpy as np
 
 from ..canvas import Canvas
-from ..feedback import FilterError, explain
+from ..checks.feedback import FilterError, explain
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import Kept, Screen, moments, player
 from . import scenarios

@@ -1,6 +1,6 @@
 """What the checks ask, which other right answers there are, and which mistakes students make.
 
-Only maintainers need this: `labkit build` turns it into the numbers in labkit/checkdata.
+Only maintainers need this: `labkit build` turns it into the numbers in labkit/checks/data.
 """
 
 from . import cartesian, cartesian_parts, legged, legged_parts, mismatch, range_bearing, range_bearing_parts, team

@@ -1,6 +1,6 @@
 """Lab 1: the Kalman filter with Cartesian measurements."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT

@@ -1,6 +1,6 @@
 """Lab 1: the two functions that come before the filter."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .inputs import X0
 

@@ -1,6 +1,6 @@
 """Mistakes in the constructor and in `predict`, which labs 1 and 3 have in common."""
 
-from labkit.checkspec import Mistake
+from labkit.instructor.authoring.spec import Mistake
 
 # fmt: off
 SCALE_Q, SCALE_R = "np.array(Q) * dt", "np.array(R) / dt"

@@ -1,6 +1,6 @@
 """Mistakes in `update`, which labs 1 and 3 have in common."""
 
-from labkit.checkspec import Mistake
+from labkit.instructor.authoring.spec import Mistake
 
 GUARD = "        if not y:\n            return\n"
 K = "K = np.linalg.solve(S, H @ self.Pk_k).T"

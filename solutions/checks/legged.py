@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 from labkit.legged import LeggedRobot, moved
 
 from .legged_parts import (

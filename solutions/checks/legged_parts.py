@@ -1,6 +1,6 @@
 """Lab 4: the functions around the filter."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 # fmt: off
 LAB = "04_legged_robot"

@@ -1,6 +1,6 @@
 """Lab 2: how honest is the filter?"""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 # fmt: off
 LAB = "02_noise_mismatch"

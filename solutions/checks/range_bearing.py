@@ -1,6 +1,6 @@
 """Lab 3: the extended Kalman filter with ranges and bearings."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import JOSEPH, SHORT, K, P, update_mistakes

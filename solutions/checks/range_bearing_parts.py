@@ -1,6 +1,6 @@
 """Lab 3: the measurement function and its Jacobian."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .inputs import X0
 

@@ -1,6 +1,6 @@
 """Lab 5: observers, a common frame and a formation."""
 
-from labkit.checkspec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 # fmt: off
 LAB = "05_observers"

@@ -19,7 +19,7 @@ HERE = Path(__file__).resolve()
 sys.path[:0] = [str(HERE.parents[2]), str(HERE.parents[1])]
 
 import nbformat
-from classroom import LAB, as_file, filled, mistaken
+from helpers.classroom import LAB, as_file, filled, mistaken
 
 ROOT = HERE.parents[2]
 TAGS = {"setup", "answer", "check", "hidden"}

@@ -16,7 +16,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import numpy as np  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
-from reference import Q, R, history, record, solution  # noqa: E402
+from helpers.reference import Q, R, history, record, solution  # noqa: E402
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.plots import plot_run  # noqa: E402

@@ -12,7 +12,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from localizers import CONTESTANTS  # noqa: E402
+from helpers.localizers import CONTESTANTS  # noqa: E402
 
 from labkit.legged import LeggedRobot, race, table  # noqa: E402
 

@@ -10,7 +10,7 @@ from statistics import median
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-import browser as lab  # noqa: E402
+from helpers import browser as lab  # noqa: E402
 
 NAIVE = """
 from ipywidgets import FloatLogSlider, interact

@@ -15,10 +15,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from team_answers import answer, start_errors, started  # noqa: E402
+from helpers.team_answers import answer, start_errors, started  # noqa: E402
 
 from labkit import Landmark, metrics, random_map  # noqa: E402
-from labkit.notebook import load_answer  # noqa: E402
+from labkit.notebook.answers import load_answer  # noqa: E402
 from labkit.team import (
     FrameWarning,
     TeamNoise,

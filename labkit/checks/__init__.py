@@ -1,0 +1,190 @@
+"""`check(name, subject)`: compare a student's function or filter with stored numbers, and teach.
+
+The numbers (inputs, right outputs, outputs of typical mistakes) are made from the solutions by
+`labkit build` and shipped in `labkit/checks/data`, so that no right code is shipped.
+"""
+
+import ast
+import inspect
+import json
+import re
+import sys
+import warnings
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+
+from .compare import gap, identify, nearest
+from .feedback import Told, own_line
+from .hints import evidence, fold, todo
+from .trace import run
+
+DATA = Path(__file__).parent / "data"
+STOPPED = "It was still running when it was stopped: does a loop never end?"
+NEWEST_IS_BROKEN = (
+    "The last version of your answer cannot be read by Python (see the error above); this check still sees "
+    "the one before it."
+)
+
+
+class CheckFailed(Told):
+    """A check that did not pass: its text is the report, `summary` the sentence that matters most."""
+
+    def __init__(self, name, summary, details=(), passed="", mistake=""):
+        self.name, self.summary, self.details = name, summary, list(details)
+        self.mistake = mistake  # the known mistake that was recognised for sure, or ''
+        super().__init__("\n".join([f"{name}: {passed or 'not passed.'}", *fold(summary), *self.details]))
+
+    @property
+    def lines(self):
+        first, *rest = re.split(r"(?<=[.?!]) ", self.summary, maxsplit=1)
+        return [first, *fold("".join(rest)), *self.details]
+
+
+def check(name, subject):
+    """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckFailed."""
+    data = stored(str(name))
+    if newest_is_broken(data["subject"]):
+        raise CheckFailed(name, NEWEST_IS_BROKEN)
+    passed, notes = judge(data, subject)
+    print(success(name, passed))
+    for s in notes:
+        print("\n".join(fold(f"Note: {s['advice']}")))
+
+
+def success(name, passed):
+    """What is printed when all of these scenarios passed."""
+    first = f"{name}: all {len(passed)} checks passed." if len(passed) > 1 else f"{name}: passed."
+    return "\n".join([first, *(f"  ok  {s['title']}" for s in passed)])
+
+
+def judge(data, subject):
+    """The scenarios that `subject` passed, and those whose advice it needs; raises CheckFailed."""
+    return decide(data, observe(data, subject))
+
+
+def observe(data, subject):
+    """{scenario id: Trace} of `subject`; needs only the inputs in `data`. Raises CheckFailed if there is none."""
+    name, problem = data["name"], unfit(data, subject)
+    if problem:
+        raise CheckFailed(name, problem)
+    try:
+        return steady_traces(data, subject)
+    except KeyboardInterrupt as error:
+        raise CheckFailed(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
+
+
+def decide(data, traces):
+    """Compare traces with the right ones in `data`: as `judge`."""
+    name = data["name"]
+    right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
+    must = [s for s in data["scenarios"] if "advice" not in s]
+    failed = [s for s in must if right[s["id"]][0] > 1]
+    if failed:
+        passed = f"{len(must) - len(failed)} of {len(must)} checks passed."
+        summary, lines, mistake = diagnosis(data, failed, traces, right)
+        raise CheckFailed(name, summary, lines, passed, mistake)
+    return must, [s for s in data["scenarios"] if right[s["id"]][0] > 1]
+
+
+@cache
+def stored(name):
+    """The data of a check, by its name; not to be changed."""
+    path = DATA / f"{name}.json"
+    if not path.is_file():
+        near = get_close_matches(name, [p.stem for p in DATA.glob("*.json")], 1)
+        raise CheckFailed(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def newest_is_broken(name):
+    """Whether the last cell run in this notebook that defines `name` is no Python, so that an older one counts."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython and ipython.get_ipython()
+    cells = shell.history_manager.input_hist_parsed if shell else []
+    defines = re.compile(rf"\b(class|def)\s+{name}\b")
+    newest = next((cell for cell in reversed(cells) if defines.search(cell)), "")
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            compile(newest, "cell", "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
+    except (SyntaxError, ValueError):
+        return True
+    return False
+
+
+def unfit(data, subject):
+    """Why `subject` cannot be checked at all, in a sentence, or ''."""
+    want, kind = data["subject"], f"an object of type {type(subject).__name__}"
+    call = f'`check("{data["name"]}", {want})`'
+    if data["kind"] == "function":
+        if inspect.isclass(subject):
+            return f"This check wants the function `{want}`, but the class {subject.__name__} came."
+        if not callable(subject):
+            return f"This check wants the function `{want}` itself, without brackets: {call}. What came is {kind}."
+        return ""
+    methods = sorted({method for s in data["scenarios"] for method, *_ in s["calls"]})
+    if not callable(subject):
+        return f"This check wants the class `{want}` itself and makes its own filters: {call}. What came is {kind}."
+    for method in methods:
+        if inspect.isclass(subject) and not callable(getattr(subject, method, None)):
+            return (
+                f"The class {subject.__name__} has no method `{method}`: is it spelled so, "
+                "and is it indented under the class?"
+            )
+    return ""
+
+
+def steady_traces(data, subject):
+    """{scenario id: Trace}; all scenarios run twice, in reverse the second time.
+
+    A filter that draws random numbers, or shares state between its objects, gives other numbers then.
+    """
+    before = _class_state(subject)
+    first = {s["id"]: run(subject, data["kind"], s) for s in data["scenarios"]}
+    for s in reversed(data["scenarios"]):
+        trace = first[s["id"]]
+        again = run(subject, data["kind"], s)
+        if gap(again, (trace.steps, trace.stop and trace.stop.key)) > 1e-3:
+            raise CheckFailed(data["name"], _unsteady(data, before, _class_state(subject)))
+    return first
+
+
+def _class_state(subject):
+    members = vars(subject) if inspect.isclass(subject) else {}
+    return {k: repr(v) for k, v in members.items() if not callable(v) and not k.startswith("__")}
+
+
+def _unsteady(data, before, after):
+    for name in after:
+        if before.get(name) != after[name]:
+            return (
+                f"`{name}` belongs to the class, so all filters share it and each spoils the next: "
+                f"set it in `__init__` with `self.{name} = ...`."
+            )
+    who = data["kind"]
+    place = "its own fields (`self. ...`)" if who == "filter" else "its arguments"
+    return (
+        f"Your {who} gives another result each time, for the same inputs. Random numbers belong in the robot; "
+        f"all that a {who} may depend on is in {place}, not in a global variable."
+    )
+
+
+def diagnosis(data, failed, traces, right):
+    """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
+    named = identify({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
+    first = failed[0]
+    trace, (_, expected) = traces[first["id"]], right[first["id"]]
+    known = [n for n in named if first["id"] in n[2]]
+    others = [_say(*n[:2]) for n in named if n not in known[:1]]
+    summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
+    for s in failed[1:]:
+        stop = traces[s["id"]].stop
+        if stop and stop.kind == "NotImplementedError":
+            others += [todo(stop)] if todo(stop) != summary else []
+            break
+    mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
+    return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
+
+
+def _say(mistake, sure):
+    return mistake["say"] if sure else f"Perhaps: {mistake['say']}"

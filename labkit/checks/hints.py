@@ -1,0 +1,204 @@
+"""Say in plain words what was asked, what came, and how the two differ."""
+
+from textwrap import wrap
+
+import numpy as np
+
+from .compare import gap_of, values
+from .trace import ODD
+
+WIDTH = 100
+
+
+def fold(text, indent=""):
+    """Lines of at most WIDTH characters."""
+    return [line for part in text.splitlines() for line in wrap(part, WIDTH, subsequent_indent=indent)]
+
+
+def evidence(scenario, trace, expected, known=""):
+    """(summary, lines): what is wrong, then the call, what was expected and what came.
+
+    known: what to say about a known mistake; else the summary is what the numbers tell.
+    """
+    steps = [values(step) for step in expected[0]]
+    wrong = next((i for i, (c, r) in enumerate(zip(trace.steps, steps)) if max(map(gap_of, c, r)) > 1), None)
+    summary, lines = (
+        _stopped(scenario, trace.stop, steps) if wrong is None else _off(scenario, trace, steps, wrong)
+    )
+    printed = [line[:WIDTH] for line in trace.printed.strip().splitlines()[-3:]]
+    return known or summary, lines + _column("printed", printed)
+
+
+def _stopped(scenario, stop, steps):
+    """For a scenario that ended early."""
+    told, own = stop.text.splitlines(), [stop.line] * bool(stop.line)
+    if stop.kind == "NotImplementedError":
+        return todo(stop), [f"  {line}" for line in own]
+    call = _column("call", fold(call_text(scenario, stop.call)))
+    if stop.kind in ODD:
+        return stop.text, call
+    at = _calls(scenario, steps)
+    asked = _values(scenario["look"], steps[at.index(stop.call)]) if stop.call in at else []
+    summary = " ".join([f"Not yet right: {scenario['title']}.", *told[1:]])
+    return summary, call + _column("expected", asked) + _column("came", fold(told[0]) + own)
+
+
+def todo(stop):
+    """The text of an unfilled stub, as a sentence."""
+    text = stop.text.partition("\n")[0]
+    return text if "still to be written" in text else f"Still to be written: {text}"
+
+
+def _off(scenario, trace, steps, i):
+    """For a scenario whose i-th stored step came out with other values."""
+    names, came, right = scenario["look"], trace.steps[i], steps[i]
+    before = steps[i - 1] if i and "make" in scenario and "at" not in scenario else None
+    which = [j for j in range(len(names)) if gap_of(came[j], right[j]) > 1]
+    call = call_text(scenario, _calls(scenario, steps)[i])
+    hint = _hint(which, came, right, before, names, call.split("(")[0])
+    shown = [names[j] for j in which]
+    return f"Not yet right: {scenario['title']}. {hint}".strip(), [
+        *_column("before", _values(names[:2], before) + noise_text(scenario, call) if before else []),
+        *_column("call", fold(call)),
+        *_column("expected", _values(shown, [right[j] for j in which], [came[j] for j in which])),
+        *_column("came", _values(shown, [came[j] for j in which], [right[j] for j in which])),
+    ]
+
+
+def _calls(scenario, steps):
+    """The number of the call that each stored step belongs to."""
+    return list(scenario.get("at", range(len(steps))))
+
+
+def _column(title, lines):
+    return [f"  {title if i == 0 else '':9} {line}" for i, line in enumerate(lines)]
+
+
+def _values(names, arrays, others=None):
+    """others: the arrays that these are to be compared with, where there are such."""
+    texts = [_value(name, v, w) for name, v, w in zip(names, arrays, others or [None] * len(arrays))]
+    return [line for text in texts for line in fold(text)]
+
+
+def _value(name, v, other=None):
+    if name.endswith("?"):
+        return f"{bool(v)}"
+    if np.ndim(v) == 2 and v.shape[0] == v.shape[1] > 4:  # too many numbers to read
+        if np.shape(other) == v.shape and gap_of(np.diag(v), np.diag(other)) <= 1:
+            i, j = np.unravel_index(np.abs(v - other).argmax(), v.shape)
+            return f"{name}[{i}, {j}] = {number_text(v[i, j])} (the diagonal is right)"
+        return f"diagonal of {name} = {number_text(np.diag(v))}"
+    return (f"{name} = " if name else "") + number_text(v)
+
+
+def call_text(scenario, call):
+    """The call as a student would type it, with its numbers: 'predict([0.4, -0.6]) with dt=0.25'."""
+    if "make" in scenario:
+        args, given = scenario["make"]
+        options = ", ".join(f"{k}={v}" for k, v in given.items())
+        if call == 0:
+            names = {3: ["x0", "P0", "noise"], 4: ["x0", "P0", "m", "noise"]}.get(len(args), ["x0", "P0", "Q", "R", "m"])
+            return f"__init__({', '.join([*names, options] if options else names)})"
+        name, *args = scenario["calls"][call - 1]
+        return f"{name}({', '.join(map(input_text, args))})" + (f" with {options}" if options else "")
+    name, *args = scenario["calls"][call]
+    return f"{name}({', '.join(map(input_text, args))})"
+
+
+def noise_text(scenario, call):
+    """The noise that a call of `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
+    args, options = scenario["make"]
+    if len(args) == 3:  # lab 5's, whose noise takes no part in what goes wrong
+        return []
+    if len(args) == 4:  # a filter that is told a Noise
+        told = {"predict": ("odometry", "slip", "spin")}.get(call.split("(")[0], ("range_", "bearing"))
+        used = {name: value for name, value in args[3]["noise"].items() if name.startswith(told)}
+        return [f"noise: {', '.join(f'{name} {value:g}' for name, value in used.items())}"]
+    _, _, Q, R, _ = args
+    noise = {"predict": [("Q", np.array(Q) * options["dt"])], "update": [("R", np.array(R) / options["dt"])]}
+    return [line for name, value in noise[call.split("(")[0]] for line in _values([name], [value])]
+
+
+def input_text(stored):
+    """A stored input as a student would type it."""
+    if isinstance(stored, list):
+        return number_text(np.array(stored))
+    if not isinstance(stored, dict):
+        return repr(stored)
+    ((kind, content),) = stored.items()
+    if kind == "map":
+        return "FIELD.map" if content and content[0][0] == "yellow goal" else "m"
+    if kind == "ints":
+        return str(content)
+    if kind == "readings":
+        return "[" + ", ".join(f"({i}, {j}, {number_text(np.array(z))})" for i, j, *z in content) + "]"
+    if kind == "team_noise":
+        return "noise"
+    if kind == "noise":
+        return f"Noise({', '.join(f'{name}={value:.4g}' for name, value in content.items())})"
+    if kind == "landmark":
+        return f"Landmark({number_text(np.array(content[1:]))}, id={content[0]!r})"
+    if kind == "sights":
+        shown = [f"Sighting({number_text(np.array(p))}, id={name!r}, complete={complete})" for name, *p, complete in content[:2]]
+        return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
+    shown = [input_text({"landmark": lm}) for lm in content[:2]]
+    return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
+
+
+def number_text(value, digits=4):
+    """Numbers rounded to four digits: '[1.234, -0.5]'."""
+    if isinstance(value, str):
+        return repr(value)
+    if value.ndim == 0:
+        return "NaN" if np.isnan(value) else f"{value + 0.0:.{digits}g}"
+    digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
+    return "[" + ", ".join([number_text(v, digits) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+
+
+def _hint(which, came, right, before, names, method):
+    """One sentence on how the values that differ do so, or ''."""
+    i = which[0]
+    name = names[i] or "The result"
+    hint = _compare(came[i], right[i], name)
+    if before is not None and gap_of(came[i], before[i]) <= 1:
+        return f"`{method}` leaves {name} as it was: is the new value assigned to `self.{name}`?"
+    if hint or before is None or len(which) == len(names) or len(names) != 2:
+        return hint
+    if i == 0:
+        return f"{names[1]} is right, so look at the innovation, the gain and the line that sets {names[0]}."
+    return f"{names[0]} is right, so look at the line that sets {names[1]}."
+
+
+def _compare(came, right, name):
+    if isinstance(came, str) or isinstance(right, str):
+        if not (isinstance(came, str) and isinstance(right, str)):
+            return f"{name} should be a {'text' if isinstance(right, str) else 'number'}."
+        return "Only the spelling differs." if came.strip().lower() == right.lower() else ""
+    if came.shape != right.shape:
+        return _shapes(came, right, name)
+    if np.isnan(came).any():
+        return "NaN means 'not a number': look for a division by zero, or the root of a negative number."
+    top = np.unravel_index(np.abs(right).argmax(), right.shape)
+    factor = came[top] / right[top] if right[top] else 0
+    if factor and gap_of(came, factor * right) <= 1:
+        if abs(factor + 1) < 1e-3:
+            return f"{name} has the other sign."
+        return f"{name} is {factor:.4g} times the expected value." if right.size > 1 else ""
+    if right.ndim == 2 and gap_of(came, right.T) <= 1:
+        return f"{name} is the transpose of what was expected."
+    if right.size > 1 and gap_of(np.sort(came, axis=None), np.sort(right, axis=None)) <= 1:
+        return f"The numbers of {name} are right, but in another order."
+    if right.ndim == 2 and gap_of(right, right.T) <= 1 and gap_of(came, came.T) > 1:
+        return f"{name} should be symmetric, as every covariance is: is there a transpose missing?"
+    return ""
+
+
+def _shapes(came, right, name):
+    text = f"{name} should have the shape {right.shape}, but it has {came.shape}"
+    if right.ndim == 0:
+        return f"{name} should be a single number, but it is an array of shape {came.shape}."
+    if right.ndim == 1 and came.size == right.size:
+        return f"{text}: keep vectors one-dimensional (`np.concatenate` or `.ravel()`)."
+    if right.ndim == 1 and came.ndim == 2:
+        return f"{text}: (n,) + (n, 1) makes a matrix, and so does `*` where `@` is meant."
+    return f"{text}: it lies on its side." if came.shape == right.shape[::-1] else f"{text}."

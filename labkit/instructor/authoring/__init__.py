@@ -1,0 +1,1 @@
+"""From the solutions to notebooks, the checks' numbers, and the students' kit."""

@@ -1,0 +1,172 @@
+"""Make the numbers of the checks from the solutions (for maintainers; run by `labkit build`).
+
+`solutions/checks` says for each check which inputs it uses, which other forms of the right answer
+there are, and which mistakes students make; see `labkit.instructor.authoring.spec`.
+"""
+
+import json
+
+import numpy as np
+
+from ...checks import DATA
+from .spec import Unclear, answers, build, definitions
+from ...checks.compare import ANY, gap, identify, nearest
+from ...checks.trace import run
+
+
+def generate(root):
+    """{name: data} of all checks, made from the solutions under `root`."""
+    checks = definitions(root)
+    return {check.name: make(check, answers(root, check.lab)) for check in checks}
+
+
+def make(check, source):
+    """The data of one check, verified: right forms pass, each mistake fails clearly and is named."""
+    scenarios, problems = [dict(s) for s in check.scenarios], []
+    traces = _run(check, source, ())
+    for s in scenarios:
+        s["right"] = [_pack(traces[s["id"]])]
+        if traces[s["id"]].stop:
+            problems.append(f"the solution stops in '{s['id']}': {traces[s['id']].stop.text}")
+    for right in check.right:
+        for s, trace in _each(scenarios, _run(check, source, right.form)):
+            far = _far(trace, s)
+            if right.other and far > 1 and not trace.stop:
+                s["right"].append(_pack(trace))
+            elif far > 0.7 and "advice" not in s:
+                problems.append(f"the right form '{right.id}' is {far:.1f} tolerances off in '{s['id']}'")
+    mistakes = [_mistake(check, source, mistake, scenarios, problems) for mistake in check.mistakes]
+    problems += _misnamed(mistakes)
+    if problems:
+        raise Unclear("\n".join(f"{check.name}: {problem}" for problem in problems))
+    data = {"name": check.name, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
+    return {**data, "mistakes": [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]}
+
+
+def _run(check, source, form, scenarios=None):
+    try:
+        subject = build(source, form, check.subject)
+    except Exception as error:
+        raise Unclear(f"{check.name}: {form!r}: {error}") from error
+    return {s["id"]: run(subject, check.kind, s) for s in scenarios or check.scenarios}
+
+
+def _each(scenarios, traces):
+    return [(s, traces[s["id"]]) for s in scenarios]
+
+
+def _far(trace, scenario):
+    return nearest(trace, scenario["right"])[0]
+
+
+def _mistake(check, source, mistake, scenarios, problems):
+    """Its data: for each form the scenarios where it fails, and what comes there."""
+    must = [s for s in scenarios if "advice" not in s]
+    forms, runs = [], []
+    for form in mistake.forms:
+        traces = _run(check, source, form)
+        shaken = [_run(check, source, form, [_shake(s, k) for s in must]) for k in range(1, 4)]
+        stored = {}
+        for s, trace in _each(must, traces):
+            far = _far(trace, s)
+            if 0.3 < far < 5:
+                problems.append(
+                    f"'{mistake.id}' is {far:.1f} tolerances off in '{s['id']}', too close to call"
+                )
+            elif far >= 5:
+                pack = _pack(trace)
+                steady = all(gap(other[s["id"]], pack) < 0.3 for other in shaken)
+                stored[s["id"]] = pack if steady and _size(trace) < 1e6 else ANY
+        if all(v == ANY for v in stored.values()):
+            problems.append(f"the mistake '{mistake.id}' passes")
+        elif stored not in forms:
+            forms.append(stored)
+            runs.append({s: traces[s] for s in stored})
+    return {"id": mistake.id, "say": mistake.say, "forms": forms, "runs": runs}
+
+
+def _size(trace):
+    """The largest number in a trace: a filter that ran away ends elsewhere on another computer."""
+    numbers = [np.abs(v) for step in trace.steps for v in step if not isinstance(v, str)]
+    return max((np.nan_to_num(v).max(initial=0.0) for v in numbers), default=0.0)
+
+
+def _misnamed(mistakes):
+    """Complaints about mistakes that would be taken for others, now or after a small change of numbers."""
+    for mistake in mistakes:
+        for failed in mistake["runs"]:
+            names = [m["id"] for m, _, _ in identify(failed, mistakes)]
+            if names != [mistake["id"]]:
+                yield f"the mistake '{mistake['id']}' is taken for {names}"
+            for other in mistakes:
+                near = [form for form in other["forms"] if set(form) == set(failed)]
+                if other is not mistake and any(max(gap(failed[s], f[s]) for s in failed) < 3 for f in near):
+                    yield f"'{mistake['id']}' and '{other['id']}' are too alike"
+
+
+def _pack(trace):
+    """A Trace as JSON: [steps, stop], numbers with seven digits, null for not-a-number."""
+    return [[[_short(v) for v in step] for step in trace.steps], trace.stop and trace.stop.key]
+
+
+def _short(value):
+    if isinstance(value, str):
+        return value
+    if np.ndim(value):
+        return [_short(v) for v in value]
+    return None if np.isnan(value) else float(f"{value:.7g}")
+
+
+def _shake(value, k):
+    """The same inputs with a relative change of about 1e-9: what then changes a lot depends on rounding."""
+    if isinstance(value, dict):
+        return {key: v if key in ("at", "right") else _shake(v, k) for key, v in value.items()}
+    if isinstance(value, list):
+        return [_shake(v, k + i + 1) for i, v in enumerate(value)]
+    return value * (1 + 1e-9 * np.sin(7.0 * k)) if isinstance(value, float) else value
+
+
+def as_text(data):
+    """JSON with a line for each scenario and each form of a mistake, so that a change shows as a small diff."""
+
+    def line(value):
+        return json.dumps(value, ensure_ascii=False)
+
+    scenarios = ",\n".join(line(s) for s in data["scenarios"])
+    mistakes = ",\n".join(
+        f'{{"id": {line(m["id"])}, "say": {line(m["say"])}, "forms": [\n'
+        + ",\n".join(map(line, m["forms"]))
+        + "]}"
+        for m in data["mistakes"]
+    )
+    head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "subject", "kind"))
+    return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]}}\n'
+
+
+def write(root, folder=DATA):
+    """Write the data of all checks; remove those of checks that are gone."""
+    made = generate(root)
+    folder.mkdir(exist_ok=True)
+    for path in folder.glob("*.json"):
+        if path.stem not in made:
+            path.unlink()
+    for name, data in made.items():
+        (folder / f"{name}.json").write_text(as_text(data), encoding="utf-8", newline="\n")
+    return sorted(made)
+
+
+def stale(root, folder=DATA):
+    """Names of the checks whose stored data are not what the solutions give today."""
+    made = generate(root)
+    kept = {p.stem: json.loads(p.read_text(encoding="utf-8")) for p in folder.glob("*.json")}
+    return sorted(n for n in made.keys() | kept.keys() if not _alike(made.get(n), kept.get(n)))
+
+
+def _alike(a, b):
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_alike(a[k], b[k]) for k in a)
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
+        return len(a) == len(b) and all(map(_alike, a, b))
+    if isinstance(a, float) and isinstance(b, float):
+        return bool(np.isclose(a, b, rtol=1e-6, atol=1e-9))
+    return a == b or ANY in (a, b)  # what depends on rounding may have been steady by chance

@@ -1,0 +1,43 @@
+"""What a person sees while a class is graded."""
+
+import sys
+import time
+
+from . import records
+from .report import tables
+
+
+class Progress:
+    """A line for each student, and on a terminal a bar with the time that is left."""
+
+    def __init__(self, total):
+        self.total, self.done, self.start = total, 0, time.monotonic()
+        self.bar = sys.stderr.isatty()
+        self._draw()
+
+    def tell(self, result):
+        self.done += 1
+        if self.bar:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+        said = f"{tables.plain(result.points)} of {tables.plain(result.max_points)}"
+        waiting = f", {result.open} to be read" if result.open else ""
+        errors = sum(mark.status == records.ERROR for mark in result.marks)
+        trouble = f", {errors} checks could not be run" if errors else ""
+        print(f"{tables.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
+        self._draw()
+
+    def _draw(self):
+        if not self.bar:
+            return
+        filled = round(24 * self.done / self.total)
+        spent = time.monotonic() - self.start
+        left = spent / self.done * (self.total - self.done) if self.done else None
+        text = f"{int(left) // 60}:{int(left) % 60:02d} left" if left is not None else "starting"
+        sys.stderr.write(f"\r\x1b[K[{'#' * filled}{'-' * (24 - filled)}] {self.done} of {self.total}, {text}")
+        sys.stderr.flush()
+
+    def end(self):
+        if self.bar:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

@@ -1,0 +1,109 @@
+"""Grade a batch of submissions in a process of its own: pytest with nbval over one check notebook.
+
+`python -m labkit.instructor.exam.batch` reads folders from its standard input, a line for each batch, and writes
+marks to its standard output, a JSON line for each, as soon as nbval knows them; it ends when its input
+does, so that it never outlives the grader.
+"""
+
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+
+SPARE = 20  # seconds that a check cell may take beyond all of one student's time
+
+
+def notebook(paper, done):
+    """The check notebook: the set-up once, then each check cell of a Paper for each student.
+
+    done: for each student the ids of the checks that have a mark already and are left out.
+    """
+    start = (
+        f"from labkit.instructor.exam.kernel import Examination\n"
+        f"examination = Examination('.', {paper.exam}, get_ipython())"
+    )
+    cells = [_setup(paper.setup, "setup"), _setup(start, "start")]
+    for number, marked in enumerate(done):
+        for cell in paper.cells:
+            if cell.id in marked:
+                continue
+            source = f"examination.begin({number}, {cell.id!r}, globals())\n{cell.source}"
+            about = {"grading": {"number": number, "check": cell.id}}
+            cells.append(_code(source, f"s{number}-{cell.id}", about, cell.printed))
+    cells.append(_setup("examination.end()", "end"))
+    return {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+
+
+def _setup(source, id):
+    return _code(source, id, {"tags": ["nbval-ignore-output"]})
+
+
+def _code(source, id, metadata, printed=""):
+    outputs = [{"output_type": "stream", "name": "stdout", "text": printed}] if printed else []
+    # nbval compares only cells that have been run once.
+    return {"cell_type": "code", "id": id, "metadata": metadata, "source": source, "outputs": outputs,
+            "execution_count": 1}  # fmt: skip
+
+
+def grade(folder, news):
+    """Run the check notebook in `folder` and give each mark to `news`."""
+    from .recorder import Recorder
+
+    pytest = ready()
+    batch = json.loads((Path(folder) / "batch.json").read_text(encoding="utf-8"))
+    points = {check["id"]: check["points"] for check in batch["checks"] if check["points"] is not None}
+    arguments = [
+        str(Path(folder, "checks.ipynb")), "--nbval", "--nbval-current-env", f"--nbval-cell-timeout={batch['time']['total'] + SPARE}",
+        "-p", "nbval.plugin", "-p", "no:cacheprovider", "--color=no", "--tb=line", "-c", os.devnull, f"--rootdir={folder}",
+    ]  # fmt: skip
+    return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
+
+
+def ready():
+    """Load what grading needs; returns pytest."""
+    # jsonschema looks for it to check internet addresses, which notebooks' metadata have none of; that it reads
+    # its grammar takes longer than all else here.
+    sys.modules.setdefault("rfc3987_syntax", None)
+    import nbval.plugin  # noqa: F401
+    import pytest
+
+    return pytest
+
+
+def main():
+    """Serve the grader."""
+    os.environ.update(PYTEST_DISABLE_PLUGIN_AUTOLOAD="1", JUPYTER_PLATFORM_DIRS="1")
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+    def news(item):
+        try:
+            out.write(json.dumps(item) + "\n")
+        except OSError:  # the grader is gone
+            os._exit(1)
+
+    ready()  # while the grader is still looking at what was handed in
+    lines = iter(sys.stdin.readline, "")
+    for line in lines:
+        folder = json.loads(line)["folder"]
+        os.environ["IPYTHONDIR"] = os.path.join(folder, "ipython")  # no start-up files of the person's own
+        code = grade(folder, news)
+        news({"end": folder, "code": int(code)})
+    os._exit(0)
+
+
+def watch(parent):
+    """End this process when its parent is gone."""
+
+    def look():
+        while os.getppid() == parent:
+            threading.Event().wait(0.5)
+        os._exit(1)
+
+    threading.Thread(target=look, daemon=True).start()
+
+
+if __name__ == "__main__":
+    watch(os.getppid())
+    main()

@@ -1,0 +1,233 @@
+"""What an instructor's check cells use: the right answer, inputs drawn for each student, and comparison.
+
+In the solution notebook the cells run on the solution itself; when a class is graded, the same cells run
+on what stands for a student's objects, see `labkit.instructor.exam.kernel`.
+"""
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from ... import checks, log
+from ...checks import trace as subjects
+from ...checks import CheckFailed
+from ..authoring.spec import answers, build, definitions
+from ...checks.compare import gap_of, nearest
+from ...checks.feedback import FilterError
+from .draw import drawn
+from ..sandbox.channel import Lost
+from ..sandbox.proxy import Stand
+from ..records import Problem
+
+ROOT = Path(__file__).resolve().parents[3]
+OTHERS = (
+    "Your answer is right for the numbers of the notebook's own check, but not for other numbers of the same kind. "
+    "Does it use a fixed number where it should use its arguments or fields?"
+)
+INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
+
+
+class Exam:
+    """The examination of one lab; `seed` and `student` decide what is drawn."""
+
+    def __init__(self, lab):
+        if not (ROOT / "solutions" / f"{lab}.py").is_file():
+            raise Problem(
+                f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one."
+            )
+        self.lab, self.seed, self.student, self.current = lab, 0, "", ""
+        self.keep = lambda **arrays: None  # where the figure's data go
+        self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
+        forms = [right.form for check in self._definitions for right in check.right if right.other]
+        self._source = answers(ROOT, lab, forms)
+        self._accepted = {}
+
+    def rng(self, draw=""):
+        """A random generator of this student's for this check; the same each time it is asked for."""
+        words = [zlib.crc32(text.encode()) for text in (self.student, self.current, draw)]
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=words))
+
+    def right(self, name):
+        """The accepted forms of the answer `name`: the solution's own first."""
+        if name not in self._accepted:
+            others = [
+                right.form
+                for check in self._definitions
+                if check.subject == name
+                for right in check.right
+                if right.other
+            ]
+            self._accepted[name] = [build(self._source, form, name) for form in [(), *others]]
+        return self._accepted[name]
+
+    def same(self, function, calls, what="other inputs"):
+        """Fail unless `function` gives what the solution gives for each of `calls`, tuples of arguments.
+
+        Arrays among the arguments are float arrays; results are numbers, arrays, texts or pairs of them.
+        """
+        name = function.__name__
+        values = function.map(calls) if isinstance(function, Stand) else [function(*call) for call in calls]
+        for number, (came, call) in enumerate(zip(values, calls), 1):
+            where = f"call {number} of {len(calls)}"
+            gaps = [_apart(came, right(*call)) for right in self.right(name)]
+            if min(gaps) > 1:
+                self.fail(f"`{name}` gives another result for {what} ({where}).")
+
+    def same_run(self, KF, record, what="on this run", **options):
+        """Fail unless the filter estimates what the solution's does over a whole log; returns its History.
+
+        options: Q, R, x0, P0, noise as `labkit.make_filter` takes them.
+        """
+        mine = self.history(KF, record, **options)
+        far = [_first_gap(mine, self._run(right, record, options)) for right in self.right(KF.__name__)]
+        if None not in far:
+            step, apart = max(far)
+            start = "from the start" if step == 0 else f"from step {step} of {len(record)} on"
+            size = f", by {apart:.2g} m" if np.isfinite(apart) else ""
+            self.fail(f"Your filter's estimate {what} differs from the right one {start}{size}.")
+        return mine
+
+    def history(self, KF, record, secret=True, **options):
+        """The History of a student's (or the solution's) filter class over a log."""
+        if not isinstance(KF, Stand):
+            return self._run(KF, record, options)
+        n, steps = len(np.atleast_1d(options.get("x0", log.START))), len(record)
+        shapes = {
+            "x": (steps + 1, n),
+            "P": (steps + 1, n, n),
+            "x_prior": (steps, n),
+            "P_prior": (steps, n, n),
+        }
+        answer = KF.replay(record, secret=secret, **options)
+        for field, shape in shapes.items():
+            array = answer.get(field)
+            if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
+                self.fail("Your filter's estimate is not made of finite numbers.")
+            if array.shape != shape:
+                self.fail(f"Your filter's estimate has another shape than ({n},) and ({n}, {n}).")
+        return log.History(record.times, **{field: answer[field] for field in shapes}, R=None)
+
+    def figure(self, KF, record, **options):
+        """Keep the student's run over a log that all may know, for the picture on the feedback page."""
+        if isinstance(KF, Stand):
+            run = self.history(KF, record, secret=False, **options)
+            self.keep(times=record.times, x=run.x[:, :2], P=run.P[:, :2, :2], truth=record.truth[:, :2],
+                      landmarks=record.map.positions)  # fmt: skip
+
+    def curve(self, function, calls, times, bounds, label):
+        """Keep a student's values along a run that all may know, for the picture on the feedback page."""
+        if isinstance(function, Stand):
+            values = [np.asarray(value, dtype=float) for value in function.map(calls, secret=False)]
+            if all(value.shape == () for value in values):
+                self.keep(x=times, values=np.array(values), bounds=np.asarray(bounds), label=np.array(label))
+
+    def fail(self, sentence):
+        """Give no points, for this reason; it must not tell the inputs."""
+        raise CheckFailed(self.current or "check", sentence)
+
+    def check(self, name, subject):
+        """`labkit.check` of a student's object: the notebook's own inputs, then others of the same kind."""
+        if not isinstance(subject, Stand):
+            return checks.check(name, subject)
+        data = checks.stored(name)
+        passed, _ = self._judge(data, subject)
+        self._judge_drawn(data, subject)
+        print(checks.success(name, passed))
+
+    def _judge(self, data, subject):
+        answer = self._public(subject.student)[data["name"]]
+        if isinstance(answer, FilterError):
+            raise answer
+        return checks.decide(data, _traces(data, answer))
+
+    def _public(self, student):
+        """What the student's objects do on the inputs of all the notebook's own checks.
+
+        Asked for at once, of a process that has seen nothing secret yet: what it says may be shown.
+        """
+        if student.public is None:
+            if student.tainted:
+                student.renew()
+            student.public = {}
+            for check in self._definitions:
+                try:
+                    stand = student.find(check.subject)
+                    student.public[check.name] = stand.observe(
+                        _inputs(checks.stored(check.name)), secret=False
+                    )
+                except FilterError as error:
+                    error.public = True
+                    student.public[check.name] = error
+        return student.public
+
+    def _judge_drawn(self, data, subject):
+        scenarios = [drawn(s, self.rng(s["id"])) for s in data["scenarios"] if "advice" not in s]
+        others = {**data, "scenarios": scenarios}
+        for s in scenarios:
+            runs = [subjects.run(right, data["kind"], s) for right in self.right(data["subject"])]
+            s["right"] = [[trace.steps, None] for trace in runs if not trace.stop]
+        others["scenarios"] = [s for s in scenarios if s["right"]]
+        try:
+            traces = _traces(others, subject.observe(_inputs(others), secret=True))
+        except CheckFailed:
+            self.fail(OTHERS)  # in our words: it has seen inputs that its student has not
+        wrong = [s for s in others["scenarios"] if nearest(traces[s["id"]], s["right"])[0] > 1]
+        if wrong:
+            self.fail(OTHERS)
+
+    def _run(self, KF, record, options):
+        return log.replay(log.make_filter(KF, record, **options), record)
+
+
+def _inputs(data):
+    scenarios = [{key: s[key] for key in INPUTS if key in s} for s in data["scenarios"]]
+    return {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
+
+
+def _traces(data, answer):
+    """{id: Trace} from a worker's answer to `observe`, which may be anything."""
+    if "told" in answer:
+        lines = answer.get("lines")
+        raise CheckFailed(
+            data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else [])
+        )
+    found = answer.get("traces")
+    try:
+        return {s["id"]: _trace(found[s["id"]]) for s in data["scenarios"]}
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise Lost("What came back from your code could not be understood.") from None
+
+
+def _trace(sent):
+    steps = [
+        [v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]
+    ]
+    stop = None
+    if sent["stop"] is not None:
+        key, text, line = sent["stop"]
+        call, kind, numbers, message = key
+        stop = subjects.Stop(
+            [int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line)
+        )
+    return subjects.Trace(steps, stop, str(sent["printed"]))
+
+
+def _apart(came, right):
+    """How far a result is from the right one, in tolerances."""
+    if isinstance(right, tuple):
+        fits = isinstance(came, tuple | list) and len(came) == len(right)
+        return max(map(_apart, came, right)) if fits else np.inf
+    try:
+        return gap_of(subjects.as_value(came, "the result"), subjects.as_value(right, "the result"))
+    except subjects.Odd:
+        return np.inf
+
+
+def _first_gap(mine, right):
+    """(first step that differs, largest distance of the means [m]), or None where the two agree."""
+    pairs = [(mine.x, right.x), (mine.P, right.P)]
+    if all(gap_of(a, b) <= 1 for a, b in pairs):
+        return None
+    wrong = [k for k in range(len(mine.x)) if any(gap_of(a[k], b[k]) > 1 for a, b in pairs)]
+    return (wrong or [0])[0], float(np.linalg.norm(mine.x - right.x, axis=1).max())

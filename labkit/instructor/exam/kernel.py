@@ -1,0 +1,120 @@
+"""What runs in the trusted kernel: it puts one student after the other in front of the check cells.
+
+The check notebook (see `labkit.instructor.exam.batch`) calls `begin` at the head of each check cell; what came
+of the cell is written to a file, a line for each, for the recorder that sits in pytest.
+"""
+
+import builtins
+import json
+from pathlib import Path
+
+import numpy as np
+
+from ...checks import CheckFailed
+from ...checks.feedback import FilterError
+from .. import records
+from ..sandbox.channel import Channel, Lost, Raised
+from ..sandbox.proxy import Missing, Student
+from ..sandbox.launch import Sandbox
+
+FILE = "said.jsonl"
+UNCLEAR = "What your code gave back could not be used here."
+
+
+class Examination:
+    """One batch of students.  folder: where batch.json is, and where the results go."""
+
+    def __init__(self, folder, exam, shell):
+        self.folder, self.exam = Path(folder), exam
+        batch = json.loads((self.folder / "batch.json").read_text(encoding="utf-8"))
+        self.students, self.checks = batch["students"], {c["id"]: c for c in batch["checks"]}
+        self.subjects, self.time = batch["subjects"], batch["time"]
+        self.sandbox = Sandbox(**batch["sandbox"])
+        self.number, self.student, self.spare, self.check = None, None, None, None
+        exam.seed, exam.keep = batch["seed"], self.keep
+        self.said = open(self.folder / FILE, "a", encoding="utf-8")
+        shell.events.register("post_run_cell", self._ran)
+
+    def begin(self, number, check, names):
+        """Make `names` (the cell's globals) hold this student's objects; check: the cell's grade_id."""
+        self.check = None  # nothing is told of a cell that did not begin
+        if number != self.number:
+            self._next(number)
+        self.exam.student, self.exam.current = self.students[number]["key"], check
+        self.check = check
+        for name in self.subjects:
+            names.pop(name, None)
+        wanted = self.checks[check]["uses"]
+        names.update({name: self.student.find(name) for name in wanted})
+
+    def _next(self, number):
+        if self.student:
+            self.student.end()
+        self.number, sent = number, self.students[number]
+        self.student = Student(self.sandbox, sent["cells"], self.subjects, self.spare, **self.time)
+        # The next student's worker imports what it needs while this one is graded.
+        self.spare = Channel(self.sandbox, self.time["total"]) if number + 1 < len(self.students) else None
+
+    def keep(self, **arrays):
+        """Store the data of the student's figure."""
+        np.savez(self.folder / f"figure-{self.number}.npz", **arrays)
+
+    def _ran(self, result):
+        if self.check is None:
+            return
+        error = result.error_before_exec or result.error_in_exec
+        told = self._told(error) if error else {"status": records.PASSED}
+        self.said.write(json.dumps({"number": self.number, "check": self.check, **told}) + "\n")
+        self.said.flush()
+        self.check = None
+
+    def _told(self, error):
+        """What an exception of a check cell means to the student."""
+        hidden = self.checks[self.check]["hidden"]
+        if isinstance(error, CheckFailed):
+            shown = {"lines": error.details, "mistake": error.mistake} if not hidden else {}
+            return {"status": records.FAILED, "reason": error.summary, **shown}
+        if isinstance(error, Missing):
+            return {"status": records.NOT_RUN, "reason": str(error), "lines": error.lines_of_problems}
+        if isinstance(error, Raised):
+            return {
+                "status": records.FAILED,
+                **self._raised(error, hidden or not getattr(error, "public", False)),
+            }
+        if isinstance(error, Lost):
+            return {"status": records.FAILED, "reason": str(error)}
+        if isinstance(error, OSError | MemoryError):
+            return {"status": records.ERROR, "reason": f"The grader itself stopped: {error}"}
+        if isinstance(error, FilterError):
+            return {"status": records.FAILED, "reason": str(error)}
+        # The check runs on the solution, so it is the student's result that it could not digest.
+        return {"status": records.FAILED, "reason": UNCLEAR}
+
+    def _raised(self, error, secret):
+        """Reason and lines for an exception of the student's; when secret, nothing in their own words."""
+        if not secret:
+            first, *rest = error.args[0].splitlines()
+            return {"reason": first, "lines": rest}
+        if error.kind == "NotImplementedError":
+            return {"reason": "This part is still to be written."}
+        if error.kind == "FilterError":
+            return {
+                "reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."
+            }
+        known = error.kind == "LinAlgError" or isinstance(getattr(builtins, error.kind, None), type)
+        kind = error.kind if known else "problem of its own"  # a name that they chose could tell something
+        reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
+        if error.place is None:
+            return {"reason": reason}
+        label, line = error.place
+        source = self.students[self.number]["sources"].get(label, "").splitlines()
+        if 0 < line <= len(source):
+            reason = f"{reason[:-1]}, in {label}, line {line}:  {source[line - 1].strip()[:200]}"
+        return {"reason": reason}
+
+    def end(self):
+        """Let go of all workers."""
+        for worker in (self.student, self.spare):
+            if worker:
+                worker.end()
+        self.student = self.spare = None

@@ -1,0 +1,196 @@
+"""Send batches of submissions to processes that grade them, and take in the marks as they come."""
+
+import contextlib
+import json
+import os
+import queue
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from . import batch
+from .. import records
+from ..sandbox.launch import make_runtime
+
+LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
+TRIES = 2
+KIT = str(Path(__file__).resolve().parents[3])
+
+
+@dataclass(frozen=True)
+class Job:
+    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark."""
+
+    id: int
+    key: str
+    cells: list
+    sources: dict
+    done: frozenset = frozenset()
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a batch is graded with, the same for all batches; plain data, so that it can travel."""
+
+    paper: object
+    seed: int
+    way: dict  # of the Sandbox
+    time: dict  # seconds: {"call", "total"}
+
+    def at(self, sandbox):
+        """The same with another machine's sandbox."""
+        return replace(self, way=way(sandbox))
+
+
+def batches(jobs, workers):
+    """Lists of jobs: two rounds for each of several workers, so that they end together; none above LARGEST."""
+    rounds = 1 if workers == 1 else 2
+    size = max(1, min(LARGEST, -(-len(jobs) // (rounds * workers))))
+    return [jobs[i : i + size] for i in range(0, len(jobs), size)]
+
+
+def write_batch(folder, room, jobs, runtime):
+    """Put a batch's files into `folder`: batch.json and the check notebook."""
+    paper = room.paper
+    content = {
+        "seed": room.seed, "subjects": paper.subjects, "time": room.time, "sandbox": {**room.way, "runtime": runtime},
+        "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
+        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources} for j in jobs],
+    }  # fmt: skip
+    Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
+    notebook = batch.notebook(paper, [job.done for job in jobs])
+    Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def take_figures(folder, jobs):
+    """{job id: {name: array}} of the figures that a batch left in its folder."""
+    found = {}
+    for number, job in enumerate(jobs):
+        with contextlib.suppress(OSError, ValueError):
+            with np.load(Path(folder, f"figure-{number}.npz"), allow_pickle=False) as stored:
+                found[job.id] = {name: stored[name] for name in stored.files}
+    return found
+
+
+class Runner:
+    """A process of `labkit.instructor.exam.batch` that grades one batch after the other."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        # One thread each: the processes share the cores among themselves.
+        threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+        environment = {**os.environ, **threads, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "labkit.instructor.exam.batch"], cwd=folder, env=environment, text=True, encoding="utf-8",
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1,
+        )  # fmt: skip
+
+    def grade(self, room, jobs, runtime):
+        """Yield ('mark', job id, mark) and ('done', job id, figure) of a batch; raises OSError if the process ends early."""
+        folder = tempfile.mkdtemp(prefix="batch-", dir=self.folder)
+        try:
+            write_batch(folder, room, jobs, runtime)
+            self.process.stdin.write(json.dumps({"folder": folder}) + "\n")
+            for line in self.process.stdout:
+                item = json.loads(line)
+                if "end" in item:
+                    break
+                yield "mark", jobs[item["number"]].id, item
+            else:
+                raise OSError("a grading process ended early")
+            figures = take_figures(folder, jobs)
+            for job in jobs:
+                yield "done", job.id, figures.get(job.id)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def end(self):
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        self.process.kill()
+        self.process.wait()
+
+
+class Local:
+    """This machine's processes, which load while the grader still looks at what was handed in."""
+
+    def __init__(self, workers):
+        self._folder = tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True)
+        # Students' workers, which may be another user, read the runtime; nobody else reads the rest.
+        os.chmod(self._folder.name, 0o711)
+        self.runtime = make_runtime(Path(self._folder.name, "runtime"))
+        self._scratch = Path(self._folder.name, "batches")
+        self._scratch.mkdir(mode=0o700)
+        self._workers, self._runners = workers, [Runner(self._scratch)]
+        self._threads, self._stopped = [], False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._stopped = True  # the threads begin nothing new
+        for runner in self._runners:
+            runner.end()
+        for thread in self._threads:
+            thread.join(5)
+        self._folder.cleanup()
+
+    def grade(self, room, jobs):
+        """Grade all jobs; yields as Runner.grade does."""
+        waiting, news = queue.SimpleQueue(), queue.SimpleQueue()
+        todo = batches(jobs, self._workers)
+        for one in todo:
+            waiting.put((one, 1))
+        busy = min(self._workers, len(todo))
+        self._runners += [Runner(self._scratch) for _ in range(busy - len(self._runners))]
+        self._threads = [
+            threading.Thread(target=self._work, args=(number, room, waiting, news), daemon=True)
+            for number in range(busy)
+        ]
+        for thread in self._threads:
+            thread.start()
+        while busy:
+            item = news.get()
+            if item is None:
+                busy -= 1
+            else:
+                yield item
+
+    def _work(self, number, room, waiting, news):
+        try:
+            while not self._stopped:
+                try:
+                    jobs, tries = waiting.get_nowait()
+                except queue.Empty:
+                    return
+                try:
+                    for item in self._runners[number].grade(room, jobs, self.runtime):
+                        news.put(item)
+                except (OSError, ValueError) as error:
+                    if self._stopped:
+                        return
+                    self._runners[number].end()
+                    self._runners[number] = Runner(self._scratch)
+                    if tries < TRIES:
+                        waiting.put((jobs, tries + 1))
+                    else:
+                        for job in jobs:
+                            news.put(("lost", job.id, f"The grading process ended twice: {error}."))
+        finally:
+            news.put(None)
+
+
+def way(sandbox):
+    """A Sandbox as plain data, without the folder of this machine."""
+    return {**asdict(sandbox), "runtime": ""}
+
+
+def lost(paper, reason):
+    """Marks for a submission whose grading process could not finish."""
+    return [(c.id, 0.0, records.ERROR, reason) for c in paper.cells if c.points is not None]

@@ -1,0 +1,62 @@
+"""A pytest plugin: what nbval says of each check cell becomes a mark, told as soon as it is known.
+
+Only a clean pass counts.  The reason comes from the kernel's own notes, but never a point.
+"""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .. import records
+from .kernel import FILE
+
+
+class Recorder:
+    """folder: the batch's;  news: a function that takes each mark as a dictionary."""
+
+    def __init__(self, folder, points, news):
+        self.file, self.points, self.news = Path(folder) / FILE, points, news
+        self.place = 0
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_makereport(self, item, call):
+        outcome = yield
+        report = outcome.get_result()
+        about = getattr(item, "cell", {}).get("metadata", {}).get("grading")
+        if about is None:
+            return
+        if report.when == "call" or report.when == "setup" and report.outcome != "passed":
+            self._tell(about, report)
+
+    def _tell(self, about, report):
+        notes = [n for n in self._notes() if (n["number"], n["check"]) == (about["number"], about["check"])]
+        if about["check"] not in self.points:
+            return  # a figure
+        note = notes[-1] if notes else {}
+        clean = report.outcome == "passed" and not hasattr(report, "wasxfail")
+        if clean and note.get("status") == records.PASSED:
+            mark = {"status": records.PASSED, "points": self.points[about["check"]]}
+        elif note.get("status") in (records.FAILED, records.NOT_RUN):
+            mark = {**note, "points": 0.0}
+        else:
+            reason = note.get("reason") or _why(report, note)
+            mark = {"status": records.ERROR, "points": 0.0, "reason": reason}
+        self.news({**mark, "number": about["number"], "check": about["check"]})
+
+    def _notes(self):
+        try:
+            with open(self.file, encoding="utf-8") as file:
+                file.seek(self.place)
+                lines = file.readlines()
+                self.place = file.tell()
+        except OSError:
+            return []
+        return [json.loads(line) for line in lines]
+
+
+def _why(report, note):
+    if note.get("status") == records.PASSED:
+        return "The check printed something else than in the solution notebook."
+    last = str(report.longrepr or report.outcome).strip().splitlines()[-1:]
+    return "The check itself could not be run." + (f" ({last[0].strip()[:200]})" if last else "")

@@ -1,0 +1,239 @@
+"""From the submissions of a class, as an LMS or a person packed them, to the notebooks of one lab.
+
+Whatever is inside is taken for hostile: see `archive`. `survey` looks at names only, `read` at one notebook.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import groupby
+
+from .archive import Member, listed, open_archive, several, shorten
+from .handin import read_cells, tidy
+from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
+from ..records import Problem, Refused
+
+ARCHIVES = (".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One notebook that may be a student's hand-in, not yet opened.
+
+    student     display name;  identifier: the LMS's number, '' if there is none.
+    source      archive and path, for reports;  name: the file's own name.
+    when        time of the file, local, or None; None for Canvas, which writes the time of the download.
+    late        the LMS itself says so.
+    size        in bytes, as the archive says.
+    named       its name is the lab's; else it is any notebook of a student who has none of that name.
+    notes       sentences on what is odd.
+    """
+
+    student: str
+    identifier: str
+    source: str
+    name: str
+    when: datetime | None
+    late: bool
+    size: int
+    named: bool
+    notes: tuple
+    member: Member
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """A student's hand-in that cannot be graded; the reason is a sentence that the student understands."""
+
+    student: str
+    identifier: str
+    source: str
+    when: datetime | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """A notebook that can be graded: the fields of its Entry, then
+
+    cells   list of labkit.notebook.read.Cell, after `tidy`.
+    digest  SHA-256 of the file, in hexadecimal.
+    notes   sentences on what is odd.
+    """
+
+    student: str
+    identifier: str
+    source: str
+    when: datetime | None
+    late: bool
+    cells: list
+    digest: str
+    notes: list
+
+
+@dataclass
+class _Student:
+    """One student's files, as pairs of Owner and Member."""
+
+    top: str
+    files: list = field(default_factory=list)
+    typed: bool = False
+
+
+class Submissions:
+    """A folder or zip of submissions; closed at the end of a `with` block."""
+
+    def __init__(self, path):
+        """Raises Problem if `path` is no folder and no zip that can be read."""
+        self._path = path
+        self._archive = open_archive(path)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._archive.close()
+
+    def survey(self, lab):
+        """(entries, unfits, notes) of a lab, say '01_cartesian_ekf', without opening any notebook.
+
+        Entries of one student follow each other, the latest attempt last. notes: sentences for the
+        instructor. Raises Problem if nothing was handed in at all.
+        """
+        students, notes = self._students(lab)
+        entries, unfits = [], []
+        for (student, identifier), found in students.items():
+            good, reason, odd = _choose(found.files, lab)
+            notes += [f"{student}: {text}" for text in odd]
+            if reason:
+                unfits.append(Unfit(student, identifier, self._source(found.top), None, reason))
+            twice = len({member.path for _, member in good}) < len(good)
+            entries += [self._entry(student, identifier, *pair, lab, twice) for pair in good]
+            if len({member.parts[:-1] for _, member in good if len(member.parts) > 1}) > 1:
+                notes.append(f"{student}: notebooks in several folders count as attempts of one student.")
+        if not entries and not unfits:
+            raise Problem(" ".join([
+                f"{self._path} holds no hand-ins: give a download of Moodle or Canvas, a folder of notebooks",
+                "with their students' names, or one with a folder for each student.", *notes,
+            ]))  # fmt: skip
+        return entries, unfits, notes
+
+    def read(self, entry):
+        """(cells, digest) of an entry; the cells still need `tidy`. Raises Refused, naming the file."""
+        raw = self._archive.read(entry.member)
+        return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
+
+    def hand_ins(self, lab, ids):
+        """Yield each attempt at a lab as HandIn or Unfit, one student after the other; ids: see `tidy`."""
+        entries, unfits, _ = self.survey(lab)
+        for _, attempts in groupby(entries, key=lambda entry: (entry.student, entry.identifier)):
+            results = [self._hand_in(entry, ids) for entry in attempts]
+            if any(isinstance(result, HandIn) for result, named in results):
+                # A notebook that is the lab's neither by name nor by its cells was only a guess.
+                results = [pair for pair in results if isinstance(pair[0], HandIn) or pair[1]]
+            yield from (result for result, named in results)
+        yield from unfits
+
+    def _hand_in(self, entry, ids):
+        about = entry.student, entry.identifier, entry.source, entry.when
+        try:
+            cells, digest = self.read(entry)
+            cells, notes = tidy(cells, ids)
+        except Refused as error:
+            return Unfit(*about, str(error)), entry.named
+        return HandIn(*about, entry.late, cells, digest, [*entry.notes, *notes]), entry.named
+
+    def _entry(self, student, identifier, owner, member, lab, twice):
+        named = is_lab(owner.name, lab)
+        notes = [] if named else [f"The notebook is named {shorten(owner.name)}, not {lab}.ipynb."]
+        if twice:
+            notes.append("The archive holds a file of this name twice; each counts as an attempt.")
+        return Entry(
+            student, identifier, self._source(member.path), shorten(owner.name),
+            None if owner.canvas else member.when, owner.late, member.size, named, tuple(notes), member,
+        )  # fmt: skip
+
+    def _source(self, path):
+        return f"{self._archive.name}: {path}"
+
+    def _students(self, lab):
+        """{(student, identifier): _Student}, and notes on files that are nobody's."""
+        students, strays, deep = {}, [], []
+        for parts, member in unwrapped(self._archive.members, lab):
+            owner = owner_of(parts, member.folder, lab)
+            if not owner:
+                strays.append(member.path)
+                continue
+            own = students.setdefault((owner.student, owner.identifier), _Student(member.path))
+            own.top = "/".join(member.parts[: len(member.parts) - len(parts) + 1])
+            if len(parts) > 1 + MAX_DEPTH:
+                deep.append(member.path)
+            elif owner.typed:
+                own.typed = True
+            elif owner.name and (not member.folder or is_notebook(owner.name)):
+                own.files.append((owner, member))
+        notes = list(self._archive.notes)
+        if strays:
+            notes.append(f"Left aside {several(strays, 'file')}: no notebook with a student's name.")
+        if deep:
+            notes.append(f"Left aside {several(deep, 'file')} nested deeper than {MAX_DEPTH} folders.")
+        typed = sum(own.typed for own in students.values())
+        if typed:
+            notes.append(f"Left aside what {typed} student{'s' * (typed > 1)} typed into the LMS as text.")
+        others = sum(not is_notebook(owner.name) for own in students.values() for owner, _ in own.files)
+        if others:
+            what = "files that are not notebooks" if others > 1 else "file that is not a notebook"
+            notes.append(f"Left aside {others} {what}.")
+        return students, notes
+
+
+def open_submissions(path):
+    """The Submissions at `path`, a folder or a zip; raises Problem if it is neither or cannot be read."""
+    return Submissions(path)
+
+
+def iter_collect(path, lab, ids):
+    """Yield a HandIn or Unfit for each attempt at a lab, holding one student's notebooks at a time."""
+    with open_submissions(path) as submissions:
+        yield from submissions.hand_ins(lab, ids)
+
+
+def collect(path, lab, ids):
+    """(hand_ins, unfits, notes) of a lab, all at once. Raises Problem; see Submissions and `tidy`."""
+    with open_submissions(path) as submissions:
+        notes = submissions.survey(lab)[2]
+        results = list(submissions.hand_ins(lab, ids))
+    hand_ins = [result for result in results if isinstance(result, HandIn)]
+    return hand_ins, [result for result in results if isinstance(result, Unfit)], notes
+
+
+def _choose(files, lab):
+    """(good, reason, odd): the pairs that may be the hand-in, or why there are none, and what to note."""
+    wanted = f"hand in {lab}.ipynb."
+    books = [pair for pair in files if is_notebook(pair[0].name)]
+    mine = [pair for pair in books if is_lab(pair[0].name, lab)]
+    mine = mine or [pair for pair in books if not is_other(pair[0].name, lab)]
+    wrong = [f"{shorten(owner.name)} {_wrong(member)}" for owner, member in mine if _wrong(member)]
+    wrong = list(dict.fromkeys(wrong))
+    good = [pair for pair in mine if not _wrong(pair[1])]
+    good.sort(key=lambda pair: (pair[1].when or datetime.min, pair[0].upload))
+    if good:
+        return good, "", [f"{text}; it was left aside." for text in wrong]
+    if wrong:
+        return [], f"{wrong[0]}: hand in the notebook file itself.", []
+    names = [owner.name for owner, _ in books or files]
+    packed = [name for name in names if name.lower().endswith(ARCHIVES)]
+    if books:
+        reason = f"There is no notebook of lab {lab}, only {listed(names)}: {wanted}"
+    elif packed:
+        reason = f"There is no notebook beside {shorten(packed[0])}: take it out of there and {wanted}"
+    elif names:
+        reason = f"There is no notebook, only {listed(names)}: {wanted}"
+    else:
+        reason = f"There is no file: {wanted}"
+    return [], reason, []
+
+
+def _wrong(member):
+    folder = member.folder or any(map(is_notebook, member.parts[:-1]))
+    return "is a folder" if folder else member.wrong

@@ -1,0 +1,56 @@
+"""From a student's notebook to what the worker runs: their answers and own cells, the rest as released."""
+
+from dataclasses import dataclass, field
+
+LONGEST = 200_000  # characters of one cell; an answer has a thousand
+
+
+@dataclass
+class Work:
+    """cells: for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: text} of the
+    written questions;  notes: sentences on what is missing."""
+
+    cells: list = field(default_factory=list)
+    sources: dict = field(default_factory=dict)
+    answers: dict = field(default_factory=dict)
+    notes: list = field(default_factory=list)
+
+
+def assemble(released, cells):
+    """The Work of a submission.
+
+    released, cells: lists of labkit.notebook.read.Cell, of the students' notebook as it was handed out and of
+    the submission. Answers are found by their id; cells that the student added keep their place behind the
+    released cell that they follow; everything else is taken from the release.
+    """
+    work, known = Work(), {cell.id: cell for cell in released}
+    answers, own, last = {}, {None: []}, None
+    for cell in cells:
+        if cell.id in known and cell.id not in own:
+            last = cell.id
+            own[last] = []
+            if known[last].role == "answer" and cell.code == known[last].code:
+                answers[last] = cell
+        elif cell.code:
+            own[last].append(cell)
+    for cell in released:
+        if cell.role == "answer" and not cell.code:
+            text = answers[cell.id].source if cell.id in answers else ""
+            work.answers[cell.id] = "" if text.strip() == cell.source.strip() else text[:LONGEST]
+    for cell in own[None]:
+        _add(work, cell, "", "own", cell.source)
+    for cell in released:
+        if cell.code and cell.role != "check":
+            source = answers[cell.id].source if cell.id in answers else cell.source
+            _add(work, cell, cell.id, cell.role, source)
+        for more in own.get(cell.id, []):
+            _add(work, more, "", "own", more.source)
+    return work
+
+
+def _add(work, cell, id, role, source):
+    if len(source) > LONGEST:
+        work.notes.append(f"{cell.label} has more than {LONGEST} characters and was left out.".capitalize())
+        return
+    work.cells.append({"number": cell.number, "id": id, "role": role, "code": True, "source": source})
+    work.sources[f"cell '{id}'" if id else f"cell {cell.number}"] = source

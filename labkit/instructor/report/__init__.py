@@ -1,0 +1,1 @@
+"""From marks to people: gradebook, tables, pages, the LMS's files."""

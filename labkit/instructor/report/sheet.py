@@ -1,0 +1,175 @@
+"""CSV files as other programs write them: `Sheet` changes single cells and keeps each other byte."""
+
+import os
+import re
+import unicodedata
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+
+from ..records import Problem
+
+_BOMS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
+
+
+class Sheet:
+    """A CSV file as it is: its cells can be read and single ones changed, and every other byte stays.
+
+    Understood: UTF-8, UTF-16 with a byte order mark, else Windows' western letters; comma, semicolon or tab
+    between cells; any line ends; a first line 'sep=;'.
+    """
+
+    def __init__(self, path):
+        """Read `path`; Problem when it cannot be read, is no text or has nothing in it."""
+        self.path = Path(path)
+        try:
+            data = self.path.read_bytes()
+        except OSError as error:
+            raise Problem(f"{path} cannot be read: {error.strerror or error}.") from None
+        self.bom, self.codec = next((pair for pair in _BOMS if data.startswith(pair[0])), (b"", "utf-8"))
+        text = self._decode(data[len(self.bom) :])
+        lines = text.splitlines()
+        full = [i for i, line in enumerate(lines) if line.strip(' \t,;"') and not line.startswith("sep=")]
+        self.top = full[0] if full else None
+        if self.top is None:
+            raise Problem(f"{path} is empty; it should be a table whose first line names its columns.")
+        outside = Counter(re.sub(r'"[^"]*"', "", lines[self.top]))
+        self.comma = max(",;\t", key=lambda c: outside[c])
+        if lines[0].startswith("sep="):
+            self.comma = lines[0][4:5] or self.comma
+        self._raw, self._ends = _split(text, re.escape(self.comma))
+
+    def _decode(self, data):
+        if data.startswith(b"PK\x03\x04"):
+            raise Problem(f"{self.path} is a workbook; in the spreadsheet, save it as 'CSV UTF-8'.")
+        for codec in (self.codec, "cp1252"):
+            try:
+                text = data.decode(codec)
+            except UnicodeDecodeError:
+                continue
+            if "\0" not in text:
+                self.codec = codec
+                return text
+        raise Problem(f"{self.path} is not a text file that can be read; save it as 'CSV UTF-8'.")
+
+    @property
+    def header(self):
+        """The cells of the line that names the columns."""
+        return self.row(self.top)
+
+    def row(self, index):
+        """The cells of row `index`, without their quotes."""
+        return [_value(raw) for raw in self._raw[index]]
+
+    def cell(self, index, column):
+        """One cell's text without spaces around it, '' behind the end of its row."""
+        row = self._raw[index]
+        return _value(row[column]).strip() if column < len(row) else ""
+
+    def body(self):
+        """The indices of the rows below the header that are not blank."""
+        return [i for i in range(self.top + 1, len(self._raw)) if any(cell.strip() for cell in self.row(i))]
+
+    def lines(self):
+        """(line number, cells) of each row below the header that is not blank."""
+        return [(i + 1, self.row(i)) for i in self.body()]
+
+    def seen(self, text):
+        """`text` as this file's encoding can hold it."""
+        return text.encode(self.codec, "replace").decode(self.codec)
+
+    def put(self, index, column, text):
+        """Set a cell; it has quotes if it had them before or needs them now."""
+        row = self._raw[index]
+        row += [""] * (column + 1 - len(row))
+        if text != _value(row[column]):
+            quoted = row[column].startswith('"') or re.search(r'["\s]', text) or self.comma in text
+            row[column] = '"' + text.replace('"', '""') + '"' if quoted else text
+
+    def save(self, out):
+        """Write the table to `out`; Problem when that cannot be done."""
+        text = "".join(self.comma.join(row) + end for row, end in zip(self._raw, self._ends))
+        replace(out, self.bom + text.encode(self.codec, "replace"))
+
+
+def _split(text, comma):
+    """The cells of each row as they stand in the file, quotes included, and the row's line end."""
+    cell = re.compile(rf'("(?:[^"]++|"")*+"[^{comma}\r\n]*+|[^{comma}\r\n]*+)({comma}|\r\n|\r|\n|\Z)')
+    rows, ends, row, at = [], [], [], 0
+    while at < len(text) or row:
+        found = cell.match(text, at)
+        at = found.end()
+        row.append(found[1])
+        if found[2] in ("\r\n", "\r", "\n", ""):
+            rows.append(row)
+            ends.append(found[2])
+            row = []
+    return rows, ends
+
+
+def _value(raw):
+    """The text of a cell as it stands in the file."""
+    if not raw.startswith('"') or len(raw) < 2:
+        return raw
+    inside, _, behind = raw[1:].rpartition('"')
+    return inside.replace('""', '"') + behind
+
+
+def replace(path, data):
+    """Write the bytes `data` to `path` in one step, so that a kill leaves the old file or the new one.
+
+    Problem when it cannot be written, as when a spreadsheet on Windows holds the file.
+    """
+    path = Path(path)
+    part = path.with_name(path.name + ".part")  # always this name: what a kill leaves is written over
+    try:
+        with open(part, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink()
+        reason = error.strerror or error
+        if isinstance(error, PermissionError):
+            reason = f"{reason}; is it open in a spreadsheet? Close it there and run this again"
+        raise Problem(f"{path} cannot be written: {reason}.") from None
+
+
+def clean(text):
+    """`text` on one line, without control characters and halves of characters."""
+    return re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "", " ".join(str(text).split()))
+
+
+def guard(text):
+    """`text`, clean, as a cell that no spreadsheet takes for a formula."""
+    text = clean(text)
+    return "'" + text if re.match("'*[=+@-]", text) else text
+
+
+def unguard(text):
+    """The text that `guard` made a cell of; a tab or line end that a person added counts too."""
+    return text[1:] if re.match("'+[=+@\t\r-]", text) else text
+
+
+def number(text):
+    """The number in a cell, with a decimal point or comma, or None: '1,5' is 1.5, 'nan' is no number."""
+    text = text.strip()
+    return float(text.replace(",", ".")) if re.fullmatch(r"[+-]?(\d{1,9}([.,]\d*)?|[.,]\d+)", text) else None
+
+
+def plain(value, digits=4):
+    """`value` with at most `digits` decimals and no idle zeros: '1', '1.5'."""
+    return f"{value + 1e-9:.{digits}f}".rstrip("0").rstrip(".")  # 1e-9: halves go up, whatever their bits
+
+
+def squash(text):
+    """`text` for comparing: composed letters, one space for each gap."""
+    return unicodedata.normalize("NFC", " ".join(text.split()))
+
+
+def key(text):
+    """`text` for looking up: no capitals, and no leading zeros, which a spreadsheet drops of a number."""
+    text = squash(clean(text)).casefold()
+    return text.lstrip("0") or "0" if text.isdigit() else text

@@ -1,0 +1,1 @@
+"""Students' code, shut in; what passes between it and the grader."""

@@ -1,0 +1,72 @@
+"""Which sandbox to use, and what to say about it; `labkit sandbox`."""
+
+import os
+import sys
+import tempfile
+
+from . import levels, probe
+from .proxy import TOTAL
+from ..records import Problem
+from .launch import make_runtime
+
+
+def look():
+    """What levels.find finds on this machine, the best first."""
+    if os.name == "nt":
+        raise Problem(
+            "Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows."
+        )
+    with tempfile.TemporaryDirectory(prefix="labkit-") as folder:
+        os.chmod(folder, 0o711)
+        return levels.find(make_runtime(os.path.join(folder, "runtime")))
+
+
+def choose(args):
+    """The best Sandbox of this machine that the options allow; says which. Raises Problem if there is none."""
+    found = [f.sandbox for f in look() if f.sandbox]
+    if args.level is not None:
+        found = [sandbox for sandbox in found if sandbox.level <= args.level]
+    if not found:
+        raise Problem("No sandbox can be used here: `labkit sandbox` tells why.")
+    best = max(found, key=lambda sandbox: sandbox.level)
+    if best.level == 0 and not args.trust_students:
+        raise Problem(
+            "There is no sandbox here that holds, so students' code could read and change your files. Install bubblewrap "
+            "(on Debian and Ubuntu: sudo apt install bubblewrap), or, if you trust every student with your account, "
+            "give --trust-students. `labkit sandbox` tells more."
+        )
+    if best.level == 1 and not args.weak_sandbox:
+        raise Problem(
+            "Only a weak sandbox can be used here (level 1): `labkit sandbox` tells what is open. Install bubblewrap, or "
+            "give --weak-sandbox if that will do."
+        )
+    print(
+        f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total if args else TOTAL:g} s for each submission."
+    )
+    if best.level < 3:
+        print(
+            "Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one."
+        )
+    return best
+
+
+def table():
+    """Print what each way of shutting code in keeps; exit status 0 if there is a level of 2 or more, else 1."""
+    try:
+        found = look()
+    except Problem as problem:
+        print(f"labkit sandbox: {problem}", file=sys.stderr)
+        return 2
+    for one in found:
+        print(f"{one.way}: {f'level {one.sandbox.level}' if one.sandbox else f'cannot be used: {one.why}'}")
+    ways = [one for one in found if one.sandbox]
+    if ways:
+        print()
+        width = max(map(len, probe.PROMISES.values()))
+        print(" " * (width + 9) + "  ".join(one.way for one in ways))
+        for name, words in probe.PROMISES.items():
+            cells = (("yes" if name in one.held else "NO").center(len(one.way)) for one in ways)
+            print(f"A worker {words:{width}}" + "  ".join(cells).rstrip())
+    best = max((one.sandbox.level for one in ways), default=0)
+    print(f"\nlabkit grade uses level {best}: {levels.WORDS[best]}.")
+    return 0 if best >= 2 else 1

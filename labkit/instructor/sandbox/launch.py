@@ -1,0 +1,155 @@
+"""How a worker process is shut in: the ways there are, and the command that starts one."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import cgroup
+
+NOBODY = 65534  # the user that root's workers become
+SYSTEM = ("/usr", "/lib", "/lib64", "/lib32", "/bin", "/etc/ld.so.cache", "/etc/alternatives")
+DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
+# Of the instructors' wing a worker needs these; the checks' numbers and the grader itself stay outside.
+INSIDE = ("__init__", "sandbox/__init__", "sandbox/worker", "sandbox/wire", "sandbox/confine", "sandbox/probe")
+
+
+@dataclass(frozen=True)
+class Sandbox:
+    """One way to shut a worker in.
+
+    way: 'bubblewrap', 'landlock' or 'limits' (nothing but resource limits);  level: what the probe found;
+    runtime: folder with the modules that the worker imports;  group: whether it gets a cgroup of its own.
+    """
+
+    way: str
+    runtime: str
+    level: int = 0
+    group: bool = False
+    seccomp: bool = True
+
+    def start(self, seconds):
+        """A new worker process, its scratch folder and what it has to be told to confine itself."""
+        inside = "/tmp" if self.way == "bubblewrap" else ""
+        scratch = tempfile.mkdtemp(prefix="labkit-work-") if not inside else ""
+        uid = NOBODY if hasattr(os, "geteuid") and os.geteuid() == 0 else None
+        if uid is not None and scratch:
+            os.chown(scratch, uid, uid)
+        needs = ["py_landlock"] * (self.way == "landlock") + ["pyseccomp"] * self.seccomp
+        code = f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.instructor.sandbox.worker import main; main(*{needs})"
+        command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
+        environment = {
+            "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": inside or scratch, "TMPDIR": inside or scratch,
+            "MPLBACKEND": "Agg", "MPLCONFIGDIR": inside or scratch,
+            # More threads than one would stay outside the limits that a thread sets itself.
+            "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
+        }  # fmt: skip
+        if self.way == "bubblewrap":
+            command = bubblewrap(self.runtime, uid is not None) + command
+        group = cgroup.make() if self.group else None
+        if group:
+            command = cgroup.within(group) + command
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            env=environment, cwd="/", start_new_session=True, bufsize=0,
+        )  # fmt: skip
+        limits = {
+            "landlock": self.way == "landlock", "seccomp": self.seccomp and self.way != "limits", "uid": uid,
+            "scratch": inside or scratch, "seconds": int(seconds) + 1,
+            "readable": [*readable(self.runtime), *DEVICES] if self.way == "landlock" else [],
+        }  # fmt: skip
+        return Process(process, scratch, limits, group)
+
+
+@dataclass
+class Process:
+    """A worker that runs: its pipes, and how to be rid of it."""
+
+    process: subprocess.Popen
+    scratch: str
+    limits: dict
+    group: str | None = None
+
+    def end(self):
+        """Kill it with all that it started, and remove its traces."""
+        try:
+            os.killpg(self.process.pid, signal.SIGKILL)
+        except (ProcessLookupError, PermissionError):
+            self.process.kill()
+        for stream in (self.process.stdin, self.process.stdout):
+            try:
+                stream.close()
+            except OSError:
+                pass
+        self.process.wait()
+        if self.group:
+            cgroup.remove(self.group)
+        if self.scratch:
+            shutil.rmtree(self.scratch, ignore_errors=True)
+
+
+def readable(runtime):
+    """Folders that Python and the student's imports need, each once and without its own subfolders."""
+    wanted = [*SYSTEM, sys.prefix, sys.base_prefix, os.path.realpath(sys.base_prefix), runtime]
+    wanted += [os.path.dirname(os.path.realpath(sys.executable))]
+    found = []
+    for path in sorted(set(map(os.path.abspath, wanted)), key=len):
+        if os.path.exists(path) and not any(path.startswith(f"{top}/") for top in found):
+            found.append(path)
+    return found
+
+
+def bubblewrap(runtime, root):
+    """The start of a command line that runs the rest of it with its own namespaces and nothing to write."""
+    command = [shutil.which("bwrap") or "bwrap", "--die-with-parent", "--new-session", "--unshare-net"]
+    command += [
+        "--unshare-pid",
+        "--unshare-ipc",
+        "--unshare-uts",
+        "--unshare-cgroup-try",
+        "--cap-drop",
+        "ALL",
+    ]
+    # Only root can open its own home folder, where Python may be: it binds first and drops itself later.
+    command += ["--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"] if root else ["--unshare-user"]
+    command += [
+        "--proc",
+        "/proc",
+        "--dev",
+        "/dev",
+        "--size",
+        str(2**26),
+        "--perms",
+        "1777",
+        "--tmpfs",
+        "/tmp",
+    ]
+    made = {"/", "/tmp", "/usr", "/etc"}
+    for path in readable(runtime):
+        if os.path.islink(path):
+            command += ["--symlink", os.readlink(path), path]
+            continue
+        for parent in reversed(Path(path).parents):
+            if str(parent) not in made:
+                command += ["--perms", "0755", "--dir", str(parent)]
+                made.add(str(parent))
+        command += ["--ro-bind", path, path]
+    return command + ["--chdir", "/tmp", "--"]
+
+
+def make_runtime(folder):
+    """Copy what a worker imports of this package into `folder`; returns its path."""
+    kit = Path(__file__).resolve().parents[2]
+    target = Path(folder) / "labkit"
+    files = [path for path in kit.rglob("*.py") if kit / "instructor" not in path.parents]
+    for path in [*files, *(kit / "instructor" / f"{name}.py" for name in INSIDE)]:
+        copy = target / path.relative_to(kit)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, copy)
+    for path in (Path(folder), target, *target.rglob("*/")):
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    return str(folder)

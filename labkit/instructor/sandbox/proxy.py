@@ -1,0 +1,181 @@
+"""The trusted side of a worker.
+
+`Student` holds one student's worker; `Stand` and `StandFilter` look like the student's own function, class
+and filter to an instructor's check cell.
+"""
+
+import time
+from collections import Counter
+
+import numpy as np
+
+from ...checks.feedback import FilterError
+from ...log import START as START_MEAN
+from ...log import START_COV
+from .channel import SPOILT, Channel, Lost
+
+CALL = 10  # seconds for the answer to one call
+TOTAL = 60  # seconds for all calls of one student
+HANGS = 2  # times that one function or class may be stopped before its other checks are left out
+USED_UP = "This check was left out: your code had used up its time in the checks before it."
+
+
+class Student:
+    """One student's code in its worker, started anew when it is lost.
+
+    cells: what `do_load` runs, as dictionaries;  wanted: the names that the checks ask for.
+    """
+
+    def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
+        self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
+        self.call, self.total, self.left, self.hangs = call, total, float(total), Counter()
+        self.stuck = {}  # what was said when that happened
+        self.channel = spare
+        self.kinds, self.problems = {}, []
+        self.loaded, self.why_lost = False, ""
+        self.tainted = False  # whether this process has seen what its student must not
+        self.public = None  # what it said before, on inputs that its student knows
+
+    def load(self):
+        """Run the student's cells in a fresh worker. Raises Lost."""
+        if self.loaded:
+            return
+        if self.why_lost:
+            raise Lost(self.why_lost)
+        if self.left <= 0:
+            raise Lost(USED_UP)
+        self.channel = self.channel or Channel(self.sandbox, self.total)
+        self.tainted = False
+        try:
+            self.channel.settle()
+            answer = self._timed({"do": "load", "cells": self.cells, "wanted": self.wanted})
+        except FilterError as error:
+            self.why_lost = f"Your notebook could not be loaded. {error}"
+            self._drop()
+            raise Lost(self.why_lost) from None
+        kinds, problems = answer.get("kinds"), answer.get("problems")
+        self.kinds = kinds if isinstance(kinds, dict) else {}
+        self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
+        self.loaded = True
+
+    def ask(self, about, secret=False, **request):
+        """The answer to a request. Raises FilterError.
+
+        about: the student's object that it is about;  secret: whether it holds what the student must not see.
+        """
+        if self.hangs[about] >= HANGS:
+            raise Lost(f"This check was left out. In the checks before it: {self.stuck[about]}")
+        self.load()
+        self.tainted = self.tainted or secret
+        try:
+            return self._timed(request, about)
+        except Lost:
+            self._drop()
+            raise
+
+    def renew(self):
+        """Forget the process, so that the next request goes to one that has seen nothing."""
+        self._drop()
+
+    def _timed(self, request, about=""):
+        start = time.monotonic()
+        allowed = min(self.call, max(self.left, 0.1))
+        try:
+            return self.channel.ask(request, allowed)
+        except Lost as error:
+            self.hangs[about] += time.monotonic() - start >= allowed * 0.95
+            self.stuck[about] = error
+            raise
+        finally:
+            self.left -= time.monotonic() - start
+
+    def _drop(self):
+        if self.channel:
+            self.channel.end()
+        self.channel, self.loaded = None, False
+
+    def end(self):
+        self._drop()
+
+    def find(self, name):
+        """What stands for the student's object of that name in a check cell. Raises Lost if there is none."""
+        self.load()
+        if name not in self.kinds:
+            raise Missing(name, self.problems)
+        return Stand(self, name)
+
+
+class Missing(Lost):
+    """The student's notebook has run, but a name that is to be checked is not there."""
+
+    def __init__(self, name, problems):
+        super().__init__(f"`{name}` is not there after your notebook has run.")
+        self.lines_of_problems = [
+            f"{str(p.get('place'))[:80]}: {str(line)[:300]}"
+            for p in problems[:3]
+            for line in (p.get("lines") if isinstance(p.get("lines"), list) else [])[:3]
+        ]
+
+
+class Stand:
+    """Looks like the student's function or class. `secret`: whether the inputs must not reach the student."""
+
+    def __init__(self, student, name):
+        self.student, self.__name__ = student, name
+
+    def __call__(self, *args, **options):
+        request = {"name": self.__name__, "args": list(args), "options": options}
+        if self.student.kinds.get(self.__name__) != "type":
+            return self.student.ask(self.__name__, do="call", secret=True, **request).get("value")
+        made = self.student.ask(self.__name__, do="make", secret=True, **request).get("made")
+        return StandFilter(self.student, self.__name__, made)
+
+    def map(self, calls, secret=True):
+        """The results of several calls, each a tuple of arguments, in one request."""
+        request = {"name": self.__name__, "calls": [list(args) for args in calls]}
+        values = self.student.ask(self.__name__, do="map", secret=secret, **request).get("values")
+        if not isinstance(values, list) or len(values) != len(calls):
+            raise Lost(SPOILT)
+        return values
+
+    def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, noise=None, secret=True):
+        """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along."""
+        fields = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame")
+        sent = {name: getattr(log, name) for name in fields}
+        more = {"x0": np.asarray(x0, float), "P0": np.asarray(P0, float), "noise": noise, "complete": getattr(log, "complete", None)}
+        if noise is None:
+            more["Q"], more["R"] = (np.asarray(own if own is not None else of_log, float) for own, of_log in ((Q, log.Q), (R, log.R)))
+        return self.student.ask(
+            self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more
+        )
+
+    def replay_team(self, log, x0, P0, noise, options):
+        """{x, P} of the student's filter over a whole TeamLog, in one call; no truth goes along."""
+        fields = ("times", "controls", "seen_step", "seen_id", "seen")
+        members = [{name: getattr(one, name) for name in fields} for one in log.logs]
+        sent = {"members": members, "ids": list(log.ids), "x0": x0, "P0": P0, "noise": noise, "options": options}
+        return self.student.ask(self.__name__, do="replay_team", secret=True, name=self.__name__, **sent)
+
+    def observe(self, data, secret):
+        """The answer of `do_observe`: what the object does on a check's inputs."""
+        return self.student.ask(self.__name__, do="observe", secret=secret, name=self.__name__, data=data)
+
+
+class StandFilter:
+    """Looks like one object of the student's class."""
+
+    def __init__(self, student, name, made):
+        object.__setattr__(self, "_student", student)
+        object.__setattr__(self, "_name", name)
+        object.__setattr__(self, "_made", made)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in ("predict", "update"):
+            return lambda *args, **options: self._method(name, args, options)
+        return self._student.ask(self._name, do="get", made=self._made, name=name).get("value")
+
+    def _method(self, name, args, options):
+        sent = {"made": self._made, "method": name, "args": list(args), "options": options}
+        return self._student.ask(self._name, do="method", secret=True, **sent).get("value")

@@ -1,0 +1,169 @@
+"""The files of an MRCLAM data set: their names and columns, reading, writing and verifying them.
+
+Source: K. Leung, Y. Halpern, T. Barfoot, H. Liu, "The UTIAS multi-robot cooperative localization
+and mapping dataset", IJRR 30(8), 969-974, 2011.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..checks.feedback import Told
+
+PUBLISHED = (
+    "The UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM) data sets are published at "
+    "asrl.utias.utoronto.ca/datasets/mrclam (Leung, Halpern, Barfoot, Liu, IJRR 30(8), 2011)."
+)
+ROBOTS = range(1, 6)  # subjects 1..5 are the robots, 6..20 the landmarks
+CLOCK = "time [s]"
+FILES = {
+    "Barcodes.dat": ("subject", "barcode"),
+    "Landmark_Groundtruth.dat": ("subject", "x [m]", "y [m]", "std of x [m]", "std of y [m]"),
+}
+for _r in ROBOTS:
+    FILES[f"Robot{_r}_Groundtruth.dat"] = (CLOCK, "x [m]", "y [m]", "orientation [rad]")
+    FILES[f"Robot{_r}_Odometry.dat"] = (CLOCK, "forward velocity [m/s]", "turn rate [rad/s]")
+    FILES[f"Robot{_r}_Measurement.dat"] = (CLOCK, "barcode", "range [m]", "bearing [rad]")
+BACK = 1.0  # [s] rows out of order by less than this are a logger's jitter and are sorted
+
+
+class DataError(Told):
+    """A data file or folder is not what it should be; the text says what, where and what to do."""
+
+
+def set_number(name):
+    """The number 1..9 that 'MRCLAM_Dataset7', 'mrclam dataset7 (1).zip' ... stand for, or None."""
+    found = re.search(r"mrclam[ _-]*(?:data[ _-]*set)?[ _-]*([1-9])(?!\d)", str(name), re.IGNORECASE)
+    return int(found[1]) if found else None
+
+
+def read_table(path):
+    """One file of a set: its rows (n, columns) as numbers, and notes on what was put right.
+
+    Comments (#), a byte order mark and Windows line ends are fine, and so is a file without rows.
+    Put right, with a note: a last line cut off in the middle is dropped, rows with NaN or infinity
+    are dropped, rows less than `BACK` out of order are sorted by time.  DataError names the file and
+    the line for anything else: unreadable, no text, words, a wrong number of columns, times running
+    backwards by more (a clock that was set during the run: nothing tells what came first).
+    """
+    path, notes = Path(path), []
+    columns = FILES[path.name]
+    try:
+        *lines, rest = path.read_text(encoding="utf-8-sig").split("\n")
+    except UnicodeDecodeError:
+        raise DataError(f"{path} is not a plain text file: get the original file again") from None
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    if _is_row(rest, columns):
+        lines.append(rest)
+    elif rest.strip():
+        notes.append(f"{path.name} ends in the middle of a line, which is left out")
+    rows = _numbers(lines, columns, path)
+    good = np.isfinite(rows).all(axis=1)
+    if not good.all():
+        rows = rows[good]
+        notes.append(f"{some(int((~good).sum()), 'row')} of {path.name} without a number left out")
+    if columns[0] == CLOCK and len(rows) > 1:
+        step = np.diff(rows[:, 0])
+        if step.min() < -BACK:
+            raise DataError(
+                f"{path}: the times run backwards by {-step.min():.1f} s after the row that starts "
+                f"with {rows[step.argmin(), 0]:.3f}: two recordings in one file, or a clock that was set?"
+            )
+        if step.min() < 0:
+            rows = rows[np.argsort(rows[:, 0], kind="stable")]
+            notes.append(f"{some(int((step < 0).sum()), 'row')} of {path.name} out of order: sorted by time")
+    return rows, notes
+
+
+def _numbers(lines, columns, path):
+    if not any(line.split("#")[0].strip() for line in lines):
+        return np.empty((0, len(columns)))
+    try:
+        rows = np.loadtxt(lines, ndmin=2)
+        if rows.shape[1] == len(columns):
+            return rows
+        reason = ""
+    except ValueError as error:
+        reason = str(error)
+    for number, line in enumerate(lines, 1):  # the slow way, to tell which line it is
+        if line.split("#")[0].strip() and not _is_row(line, columns):
+            reason = f"line {number} should be {len(columns)} numbers ({', '.join(columns)}), but it is {line[:60]!r}"
+            break
+    raise DataError(f"{path}: {reason}")
+
+
+def _is_row(line, columns):
+    try:
+        return len([float(word) for word in line.split("#")[0].split()]) == len(columns)
+    except ValueError:
+        return False
+
+
+def some(count, thing):
+    """'1 row', '2 rows'."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
+def write_set(folder, tables):
+    """Write `tables`, {file name: rows (n, columns)}, into `folder` in the format of the data set."""
+    styles = {CLOCK: "%.3f", "subject": "%d", "barcode": "%d"}
+    for name, rows in tables.items():
+        columns = FILES[name]
+        style = [styles.get(column, "%.6f") for column in columns]
+        header = "Written by labkit in the format of the UTIAS MRCLAM data sets\n" + "    ".join(columns)
+        np.savetxt(Path(folder) / name, np.reshape(rows, (-1, len(columns))), style, "\t", header=header)
+
+
+def verify(folder):
+    """What a data set holds, in a sentence; DataError lists all that is wrong with it.
+
+    Checked: all 17 files are there, whole, with the right columns, times in order and enough rows,
+    and each robot's odometry and ground truth overlap.
+    """
+    folder, wrong, rows = Path(folder), [], {}
+    missing = [name for name in FILES if not (folder / name).is_file()]
+    if missing:
+        wrong.append(f"missing: {', '.join(missing)}")
+    for name in FILES.keys() - missing:
+        try:
+            rows[name], notes = read_table(folder / name)
+        except DataError as error:
+            wrong.append(str(error).replace(str(folder / name), name))
+            continue
+        wrong += [note for note in notes if "middle" in note]
+        if len(rows[name]) < 2 and not name.endswith("Measurement.dat"):
+            wrong.append(f"{name} has no rows")
+    if wrong:
+        raise DataError(f"{folder.name} is not whole.\n" + "\n".join(f"  {w}" for w in sorted(wrong)))
+    spans = []
+    for r in ROBOTS:
+        begin, end = overlap(rows[f"Robot{r}_Odometry.dat"], rows[f"Robot{r}_Groundtruth.dat"])
+        if not end > begin:
+            raise DataError(f"{folder.name}: odometry and ground truth of robot {r} share no time")
+        spans.append(end - begin)
+    seen = sum(len(rows[f"Robot{r}_Measurement.dat"]) for r in ROBOTS)
+    early = [f"robot {r} {(max(spans) - s) / 60:.1f}" for r, s in zip(ROBOTS, spans) if s < max(spans) - 30]
+    return (
+        f"{folder.name}: {len(ROBOTS)} robots, {len(rows['Landmark_Groundtruth.dat'])} landmarks, "
+        f"{max(spans) / 60:.1f} minutes, {seen} measurements, verified"
+        + (f" (shorter, by minutes: {', '.join(early)})" if early else "")
+    )
+
+
+def overlap(*tables):
+    """(begin, end) [s] of the time in which all `tables` have rows."""
+    return max(table[0, 0] for table in tables), min(table[-1, 0] for table in tables)
+
+
+def first_stamp(folder, own):
+    """Stamp [s] of the first ground truth of any robot of the set; `own` is that of one robot."""
+    stamps = [own]
+    for path in Path(folder).glob("Robot[1-5]_Groundtruth.dat"):
+        try:
+            with open(path, encoding="utf-8-sig") as file:
+                stamps.append(float(next(line for line in file if line[0] not in "#\n").split()[0]))
+        except (OSError, ValueError, StopIteration, IndexError):
+            continue  # another robot's spoilt file: told when that robot is read
+    return np.nanmin(stamps)

@@ -1,0 +1,109 @@
+"""Read a notebook file as data."""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..checks.feedback import Told
+
+MAX_BYTES = 50_000_000
+ROLES = ("setup", "answer", "check", "show", "text")
+
+
+class Unreadable(Told):
+    """A file that is no notebook; the text says why, in one line."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell: its place counted from 1, its id, its role, and its source.
+
+    role: one of ROLES for a cell of the released notebook, 'own' for one that the student added.
+    """
+
+    number: int
+    id: str
+    role: str
+    code: bool
+    source: str
+
+    @property
+    def label(self):
+        return f"cell '{self.id}'" if self.id.startswith(ROLES) else f"cell {self.number}"
+
+
+def read(path):
+    """The list of Cell of the notebook at `path`; raises Unreadable."""
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise Unreadable(f"{path} is a folder, not a notebook.")
+        if path.stat().st_size > MAX_BYTES:
+            raise Unreadable(
+                f"{path} has more than {MAX_BYTES // 10**6} MB: clear its outputs and save it again."
+            )
+        raw = path.read_bytes()
+    except FileNotFoundError:
+        raise Unreadable(f"{path} does not exist.") from None
+    except OSError as error:
+        raise Unreadable(f"{path} cannot be opened: {error.strerror or error}.") from None
+    return cells_of(parse(raw, path), path)
+
+
+def parse(raw, path="The file", pairs=None):
+    """What the bytes of a notebook file hold; raises Unreadable. `pairs`: see `object_pairs_hook` of json."""
+    if not raw.strip():
+        raise Unreadable(f"{path} is empty.")
+    if raw.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
+        raise Unreadable(f"{path} starts with a byte order mark: save it again as UTF-8 without BOM.")
+    try:
+        text = raw.decode("utf-8").strip()
+        return json.loads(text, object_pairs_hook=pairs)
+    except UnicodeDecodeError:
+        raise Unreadable(f"{path} is not UTF-8 text, so it is not a notebook.") from None
+    except json.JSONDecodeError as error:
+        if text.startswith("{") and (not text.endswith("}") or error.pos >= len(text)):
+            raise Unreadable(
+                f"{path} ends in the middle: it was cut off when it was saved or sent."
+            ) from None
+        raise Unreadable(f"{path} is not a notebook: line {error.lineno} is not JSON.") from None
+    except ValueError:  # int() refuses more than some thousand digits
+        raise Unreadable(f"{path} is not a notebook: a number in it is too long.") from None
+    except RecursionError:
+        raise Unreadable(f"{path} is not a notebook: it is nested too deeply.") from None
+
+
+def cells_of(content, path="The file"):
+    """The list of Cell of a parsed notebook; raises Unreadable if it is none."""
+    version = content.get("nbformat") if isinstance(content, dict) else None
+    if not isinstance(version, int):
+        raise Unreadable(f"{path} is JSON, but not a notebook.")
+    if version != 4:
+        advice = "open it in Jupyter and save it again" if version < 4 else "this kit is older than that"
+        raise Unreadable(f"{path} is a notebook of format {version}, not 4: {advice}.")
+    cells = content.get("cells")
+    if not isinstance(cells, list):
+        raise Unreadable(f"{path} is a notebook without a list of cells.")
+    return [_cell(cell, number, path) for number, cell in enumerate(cells, start=1)]
+
+
+def _cell(cell, number, path):
+    source = cell.get("source") if isinstance(cell, dict) else None
+    if isinstance(source, list) and all(isinstance(line, str) for line in source):
+        source = "".join(source)
+    if not isinstance(source, str) or not isinstance(cell.get("cell_type"), str):
+        raise Unreadable(f"{path}: cell {number} is not a notebook cell.")
+    id = cell["id"] if isinstance(cell.get("id"), str) else ""
+    return Cell(number, id, _role(cell, id), cell["cell_type"] == "code", source)
+
+
+def _role(cell, id):
+    """The role in the metadata, which copying and pasting keeps; else a tag; else what the id begins with."""
+    metadata = cell.get("metadata")
+    metadata = metadata if isinstance(metadata, dict) else {}
+    tags = metadata.get("tags")
+    for word in [metadata.get("labkit"), *(tags if isinstance(tags, list) else []), re.split("[-_]", id)[0]]:
+        if word in ROLES:
+            return word
+    return "own"

@@ -1,0 +1,286 @@
+"""Marks are fair: every right answer gets them all, no known mistake does, and only a clean pass of nbval counts."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers.classroom import answers, blank, cell_is_code, filled, usable
+from helpers.reference import LABS
+
+from labkit import Landmark, Map, Robot, make_filter, random_map, replay, simulate
+from labkit.instructor.authoring.build import ROOT
+from labkit.instructor.authoring.spec import definitions
+from labkit.instructor.sandbox import levels, proxy, launch as sandbox, wire
+from labkit.instructor.exam import paper, pool as run
+from labkit.instructor.intake import submission
+from labkit.instructor.exam.exam import Exam
+from labkit.instructor.records import ERROR, PASSED
+from labkit.instructor.exam.team import TeamExam
+from labkit.notebook.read import cells_of
+from labkit.team import TeamNoise, scenarios
+
+pytest.importorskip("nbval")
+TIME = {"call": 10, "total": 40}
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    """The best sandbox of this machine, or none at all where there is none."""
+    folder = tmp_path_factory.mktemp("runtime")
+    for path in (folder, folder.parent, folder.parent.parent):
+        path.chmod(0o755)
+    found = [one.sandbox for one in levels.find(sandbox.make_runtime(folder)) if one.sandbox]
+    return max(found, key=lambda one: one.level)
+
+
+def marks(books, lab, box, seed=1, sheet=None, time=TIME):
+    """{name: {check: mark}} of notebooks, {name: dictionary}."""
+    sheet = sheet or paper.read(lab)
+    names, jobs = list(books), []
+    for number, name in enumerate(names):
+        work = submission.assemble(sheet.released, cells_of(books[name]))
+        jobs.append(run.Job(number, name, work.cells, work.sources))
+    found = {name: {} for name in names}
+    with run.Local(2) as here:
+        for kind, id, item in here.grade(run.Room(sheet, seed, run.way(box), time), jobs):
+            if kind == "mark":
+                found[names[id]][item["check"]] = item
+    return found
+
+
+def forms(lab, what):
+    """{id: form} of all right forms or mistakes of a lab that are edits of the answer cells, or code behind them."""
+    found = {}
+    for check in definitions(ROOT):
+        if check.lab == lab:
+            for item in getattr(check, what):
+                for n, form in enumerate(item.forms if what == "mistakes" else [item.form]):
+                    found[f"{check.name} {item.id} {n}"] = (check.subject, form)
+    return found
+
+
+def in_notebook(lab, subject, form):
+    """A notebook with a form of the solution; None if it cannot be made of edits in the answer cells."""
+    if usable(lab, form):
+        return filled(lab, form)
+    if isinstance(form, str):
+        holder = next(
+            id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s
+        )
+        return filled(lab, **{holder.replace("-", "_"): f"{answers(lab)[holder]}\n\n{form}"})
+    return None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lab", LABS)
+def test_every_right_form_gets_all_points_whatever_is_drawn(lab, box):
+    right = forms(lab, "right")
+    books = {name: in_notebook(lab, *of) for name, of in right.items()}
+    books = {name: book for name, book in books.items() if book}
+    assert len(books) > len(right) // 2
+    books |= {f"as in the solution {n}": filled(lab) for n in range(8)}
+    uses = {cell.id: cell.uses for cell in paper.read(lab).cells}
+    bad = {}
+    for name, of in marks(books, lab, box, seed=11).items():
+        subject = right.get(name, ("",))[
+            0
+        ]  # a form of `stack` that the solution's KF cannot use is right all the same
+        for check, mark in of.items():
+            if mark["status"] != PASSED and (not subject or subject in uses[check]):
+                bad[name, check] = mark
+    assert bad == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lab", LABS)
+def test_no_known_mistake_gets_all_points(lab, box):
+    every = list(forms(lab, "mistakes").items())
+    books = {name: in_notebook(lab, *of) for name, of in every[:: max(1, len(every) // 20)]}
+    books = {name: book for name, book in books.items() if book}
+    assert len(books) >= 10
+    for name, of in marks(books, lab, box).items():
+        assert {mark["status"] for mark in of.values()} <= {"passed", "failed", "not run"}, name
+        wrong = [mark for mark in of.values() if mark["status"] != PASSED]
+        assert wrong and all(mark["points"] == 0 and mark["reason"] for mark in wrong), name
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_a_paper_has_what_an_instructor_needs(lab):
+    sheet = paper.read(lab)
+    own = [check for check in sheet.checks if not check.hand]
+    assert len(own) >= 8 and any(check.hidden for check in own) and any(not check.hidden for check in own)
+    written = [check for check in sheet.checks if check.hand]
+    assert written and all("points" in check.rubric and check.question for check in written)
+    assert sum(check.points for check in sheet.checks) >= 20
+    for folder, whole in (("solutions", True), ("notebooks", False)):
+        cells = json.loads((ROOT / folder / f"{lab}.ipynb").read_text(encoding="utf-8"))["cells"]
+        graded = [c["metadata"]["nbgrader"] for c in cells if c["metadata"].get("nbgrader", {}).get("grade")]
+        assert {g["grade_id"] for g in graded} == {c.id for c in sheet.checks if whole or not c.hidden}
+        assert all(g["schema_version"] == 3 and g["points"] > 0 for g in graded)
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_a_lab_is_whole_in_its_hidden_checks(lab):
+    """The maps, noises and cases that the checks promise are there, by what they are called."""
+    titles = " ".join(check.title for check in paper.read(lab).checks if check.hidden)
+    if lab.startswith("02"):
+        assert all(
+            word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always")
+        )
+    else:
+        words = ("another map", "other noise", "single landmark", "nothing in view", "many landmarks", "NEES")
+        if lab.startswith("05"):
+            words = ("other angles", "all sides", "all directions", "other readings", "near and far", "false readings among",
+                     "all robots drive", "another gate", "without any reading", "NEES")  # fmt: skip
+        if lab.startswith("04"):
+            words = ("blind", "another walk", "other noise", "kidnapping", "NEES", "across", "other trapezoids", "other grids")
+        assert all(word in titles for word in words)
+
+
+def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
+    exam = Exam(LABS[0])
+    exam.current = "grade-other-map"
+
+    def draw(seed, student):
+        exam.seed, exam.student = seed, student
+        return exam.rng().random()
+
+    assert draw(1, "Ada") == draw(1, "Ada")
+    assert len({draw(1, "Ada"), draw(1, "Bela"), draw(2, "Ada")}) == 3
+
+
+def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
+    lab, log = "05_observers", scenarios.cross(rng=1)
+    sheet = paper.read(lab)
+    exam = TeamExam(lab)
+    student = proxy.Student(box, submission.assemble(sheet.released, cells_of(filled(lab))).cells, sheet.subjects)
+    told = log.truth[0], 0.01 * np.eye(9), TeamNoise()
+    try:
+        for KF in ("PaperEKF", "GroupEKF"):
+            (x, P), (due_x, due_P) = (
+                exam.team(of, log, *told, inflate=2.0) for of in (student.find(KF), exam.right(KF)[0])
+            )
+            np.testing.assert_allclose(x, due_x, atol=1e-9)
+            np.testing.assert_allclose(P, due_P, atol=1e-9)
+            assert exam.same_team(student.find(KF), log, *told)
+    finally:
+        student.end()
+
+
+@pytest.mark.parametrize(
+    "change, status",
+    [
+        ({"printed": "something else\n"}, ERROR),  # prints what the solution does not
+        ({"source": "print('passed')\nraise SystemExit"}, "failed"),
+        ({"source": "import os\nos._exit(0)"}, ERROR),  # the kernel itself dies
+        ({"source": "# NBVAL_SKIP\nprint('passed')"}, ERROR),
+        ({"source": "# NBVAL_RAISES_EXCEPTION\nexam.fail('wrong')"}, "failed"),
+        ({"source": "exam.fail('wrong')"}, "failed"),
+        ({"source": "print('passed')"}, PASSED),
+    ],
+)
+def test_only_a_clean_pass_counts(box, change, status):
+    sheet = paper.read(LABS[0])
+    cells = [dataclasses.replace(c, **change) if c.id == "grade-many" else c for c in sheet.cells]
+    sheet = dataclasses.replace(sheet, cells=[c for c in cells if c.id in ("check-stack", "grade-many")])
+    of = marks({"Ada": filled()}, LABS[0], box, sheet=sheet, time={"call": 5, "total": 5})["Ada"]
+    assert of["check-stack"]["status"] == PASSED
+    assert of["grade-many"]["status"] == status
+    assert of["grade-many"]["points"] == (1 if status == PASSED else 0)
+
+
+def test_a_stand_in_is_as_good_as_the_students_own(box):
+    """Step by step through the proxy, in one call, and in this process: the same numbers."""
+    lab = LABS[0]
+    sheet = paper.read(lab)
+    work = submission.assemble(sheet.released, cells_of(filled()))
+    student = proxy.Student(box, work.cells, sheet.subjects)
+    try:
+        KF, own = student.find("KF"), Exam(lab).right("KF")[0]
+        log = simulate(
+            Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25
+        )
+        mine = replay(make_filter(own, log), log)
+        stepped = replay(make_filter(KF, log), log)
+        whole = KF.replay(log)
+        for name in ("x", "P", "x_prior", "P_prior"):
+            # Their sums may be in another order, on another number of threads.
+            np.testing.assert_allclose(getattr(stepped, name), getattr(mine, name), atol=1e-12)
+            np.testing.assert_allclose(whole[name], getattr(mine, name), atol=1e-12)
+        with pytest.raises(proxy.Missing):
+            student.find("nothing")
+    finally:
+        student.end()
+
+
+DATA = [
+    None, True, 3, 2.5, float("inf"), "text", "half \ud83d", [], [1, [2.0, "x"]], (1, (2, 3)), {"a": {"b": [1]}},
+    np.eye(2), np.arange(3), np.array(2.5), np.zeros((0, 2)), np.array([True, False]), Landmark((1, 2), "six"),
+    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]), TeamNoise(walk=0.3), [(1, 0, np.array([2.0, 0.1]))],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", DATA, ids=lambda value: type(value).__name__)
+def test_data_come_through_the_wire_as_they_are(value):
+    frame = wire.pack({"value": value})
+    text, raw = wire.sizes(frame[:8])
+    came = wire.unpack(frame[8 : 8 + text], frame[8 + text :])["value"]
+    if isinstance(value, np.ndarray):
+        assert came.dtype == value.dtype and came.shape == value.shape
+        np.testing.assert_array_equal(came, value)
+    elif isinstance(value, Landmark | Map) or value and isinstance(value, list):
+        assert type(came) is type(value) and repr(came) == repr(value)
+    else:
+        assert came == (value if value != "half \ud83d" else "half ?")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_is_no_data_does_not_go_out(value):
+    with pytest.raises(wire.Garbage):
+        wire.pack({"value": value})
+
+
+@pytest.mark.parametrize(
+    "text, raw",
+    [
+        (b"no json", b""),
+        (b"[" * 100_000, b""),
+        (b'{"array": ["<f8", [2]]}', b"12345678"),
+        (b'{"array": ["<f8", [-1]]}', b""),
+        (b'{"array": ["<f8", [1e9]]}', b""),
+        (b'{"array": ["<f8", [4000000000, 4000000000]]}', b""),
+        (b'{"array": ["|O8", [1]]}', b"12345678"),
+        (b'{"array": ["<f8", [true]]}', b"12345678"),
+        (b'{"array": 1}', b""),
+        (b'{"array": []}', b""),
+        (b'{"map": [1]}', b""),
+        (b'{"landmark": [0, [1]]}', b""),
+        (b'{"pickle": "x"}', b""),
+        (b'{"a": 1, "b": 2}', b""),
+        (b'{"dict": [1]}', b""),
+        (b"1", b"left over"),
+        (b'{"tuple": ' * 30 + b"[]" + b"}" * 30, b""),
+    ],
+)
+def test_garbage_on_the_wire_is_garbage(text, raw):
+    with pytest.raises(wire.Garbage):
+        wire.unpack(text, raw)
+
+
+def test_a_frame_that_says_it_is_too_large_is_refused():
+    with pytest.raises(wire.Garbage):
+        wire.sizes(b"\x7f\xff\xff\xff\x7f\xff\xff\xff")
+
+
+def test_nothing_of_a_student_lab_imports_grading():
+
+    code = "import sys, labkit, labkit.widgets, labkit.checks, labkit.notebook.session, labkit.notebook.worker; print([m for m in sys.modules if 'instructor' in m])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]", done.stderr

@@ -1,0 +1,125 @@
+"""The sandbox: what it claims is tried, what is too weak is refused, and a worker leaves nothing behind."""
+
+import argparse
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import pytest
+
+from labkit.instructor.sandbox import cgroup, levels, probe, choose as sandboxes
+from labkit.instructor.sandbox.channel import Channel, Lost, Raised
+from labkit.instructor.records import Problem
+from labkit.instructor.sandbox.launch import Sandbox, make_runtime, readable
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="grading needs a Unix")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return sandboxes.look()
+
+
+def options(**more):
+    given = {"level": None, "trust_students": False, "weak_sandbox": False, "total": 60.0}
+    return argparse.Namespace(**{**given, **more})
+
+
+@pytest.mark.parametrize(
+    "broken, level",
+    [
+        (set(), 3),
+        ({"alone"}, 2),
+        ({"tcp"}, 1),
+        ({"unix", "fork", "alone"}, 1),
+        ({"files"}, 0),
+        ({"write", "alone"}, 0),
+        ({"user"}, 0),
+        ({"imports"}, None),
+        ({"scratch"}, None),
+    ],
+)
+def test_a_level_is_what_held(broken, level):
+    assert probe.level(set(probe.PROMISES) - broken) == level
+    if level == 3:
+        assert probe.level(set(probe.PROMISES), group=True) == 4
+
+
+def test_each_way_is_tried_and_has_a_level_or_a_reason(found):
+    assert {one.way for one in found} >= {"bubblewrap", "landlock", "limits only"}
+    for one in found:
+        assert (
+            one.why if one.sandbox is None else one.sandbox.level == probe.level(one.held, one.sandbox.group)
+        )
+
+
+def test_nothing_weaker_than_level_2_is_used_unasked(found, monkeypatch):
+    for level, option in ((0, "trust_students"), (1, "weak_sandbox")):
+        weak = levels.Found("limits only", Sandbox("limits", "", level=level))
+        monkeypatch.setattr(sandboxes, "look", lambda weak=weak: [weak])
+        with pytest.raises(Problem, match=f"--{option.replace('_', '-')}"):
+            sandboxes.choose(options())
+        assert sandboxes.choose(options(**{option: True})).level == level
+    monkeypatch.setattr(sandboxes, "look", lambda: [levels.Found("bubblewrap", None, why="not installed")])
+    with pytest.raises(Problem, match="labkit sandbox"):
+        sandboxes.choose(options())
+
+
+def test_the_best_is_used_unless_less_is_asked_for(found, monkeypatch, capsys):
+    ways = [levels.Found(str(n), Sandbox("bubblewrap", "", level=n)) for n in (2, 4, 3)]
+    monkeypatch.setattr(sandboxes, "look", lambda: ways)
+    assert sandboxes.choose(options()).level == 4
+    assert sandboxes.choose(options(level=2)).level == 2
+    said = capsys.readouterr().out
+    assert "level 4" in said and "level 2" in said and "Warning" in said
+
+
+def test_the_table_is_printed():
+    done = subprocess.run([sys.executable, "-m", "labkit", "sandbox"], capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+    assert all(words in done.stdout for words in ("bubblewrap", "landlock", "labkit grade uses level"))
+
+
+def test_folders_are_bound_once():
+    paths = readable("/some/where")
+    assert len(paths) == len(set(paths))
+    assert not any(a != b and a.startswith(f"{b}/") for a in paths for b in paths)
+
+
+def test_a_worker_has_the_kit_without_its_numbers_and_the_grader(tmp_path):
+    folder = make_runtime(tmp_path / "runtime")
+    names = {str(p.relative_to(folder)) for p in (tmp_path / "runtime").rglob("*")}
+    assert "labkit/log.py" in names and "labkit/instructor/sandbox/worker.py" in names
+    for hidden in ("checkdata", "build", "make_checks", "checkspec", "examine", "paper", "gradebook"):
+        assert not any(hidden in name for name in names)
+
+
+def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
+    box = next((one.sandbox for one in found if one.sandbox), None)
+    if box is None:
+        pytest.skip("no sandbox here")
+    base = os.path.realpath(os.environ.get("TMPDIR", "/tmp"))
+    before = {name for name in os.listdir(base) if name.startswith("labkit-work-")}
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        channel = Channel(Sandbox(box.way, make_runtime(f"{folder}/runtime"), level=box.level), 30)
+        channel.settle()
+        channel.worker.process.kill()
+        with pytest.raises(Lost, match="ended Python itself"):
+            for _ in range(100):  # its last breath may be an answer
+                with contextlib.suppress(Raised):
+                    channel.ask({"do": "probe"}, 5)
+                time.sleep(0.05)
+        channel.end()
+    assert channel.worker.process.poll() is not None
+    assert {name for name in os.listdir(base) if name.startswith("labkit-work-")} == before
+
+
+def test_a_process_is_put_into_its_control_group_first(tmp_path):
+    (tmp_path / "cgroup.procs").touch()
+    done = subprocess.run([*cgroup.within(str(tmp_path)), "echo", "a b"], capture_output=True, text=True)
+    assert done.stdout == "a b\n"
+    assert (tmp_path / "cgroup.procs").read_text() == "0\n"

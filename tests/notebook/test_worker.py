@@ -1,0 +1,82 @@
+"""`labkit check` from the shell: lines, exit status, endless loops, and the same verdict as nbval."""
+
+import subprocess
+import sys
+
+import pytest
+from helpers.notebooks import LAB1, LAB2, released, save
+
+from labkit import cli
+
+LOOP = "p = len(y)\n"
+
+
+def run(capsys, *args):
+    status = cli.main(["check", *map(str, args)])
+    out, err = capsys.readouterr()
+    return status, out.splitlines(), err.splitlines()
+
+
+def test_a_filled_in_notebook_passes(tmp_path, capsys):
+    path = save(tmp_path / f"{LAB1}.ipynb", released(LAB1, (LOOP, "p = len(y); print('garbled' * 99)\n")))
+    status, out, err = run(capsys, path)
+    assert (status, err) == (0, [])
+    assert out[:3] == [f"PASS  {LAB1}  cartesian-{x}" for x in ("stack", "repeat", "kf")]
+    assert out[3] == "3 of 3 checks passed." and len(out) == 4
+
+
+def test_a_mistake_fails_and_an_unreadable_file_weighs_more(tmp_path, capsys):
+    wrong = save(tmp_path / "wrong.ipynb", released(LAB1, ("repeat_R(self.R, p)\n", "self.R\n")))
+    status, out, _ = run(capsys, wrong)
+    assert status == 1 and out[-1] == "2 of 3 checks passed."
+    first = next(i for i, line in enumerate(out) if line.startswith("FAIL"))
+    assert out[first].startswith("FAIL  wrong  cartesian-kf  R is not repeated for each landmark")
+    assert any("cell 'answer-kf', in update, line" in line for line in out)
+
+    empty, bare = save(tmp_path / "empty.ipynb", ""), save(tmp_path / "bare.ipynb", '{"nbformat": 4, "cells": []}')
+    status, out, err = run(capsys, tmp_path / "no.ipynb", wrong, empty, bare)
+    assert status == 2 and out[-1] == "2 of 3 checks passed."
+    assert [line.split("  ")[0] for line in err] == ["ERROR"] * 3
+    assert "does not exist" in err[0] and "is empty" in err[1] and "holds no check" in err[2]
+
+
+def test_an_unfilled_notebook_is_still_to_be_written(tmp_path, capsys):
+    status, out, _ = run(capsys, save(tmp_path / f"{LAB2}.ipynb", released(LAB2, fill=False)))
+    assert status == 1
+    assert out[0].startswith(f"FAIL  {LAB2}  cell 'setup'  Fill in `KF` in lab 1 first")
+    assert sum("FAIL" in line and "still to be written" in line for line in out) == 3 and out[-1] == "0 of 3 checks passed."
+
+
+def test_an_endless_loop_is_named_with_its_line(tmp_path, capsys):
+    endless = save(tmp_path / "a.ipynb", released(LAB1, (LOOP, LOOP + "        while p: p = abs(p)\n")))
+    status, out, _ = run(capsys, "--timeout", "1", endless)
+    assert status == 1
+    assert out[2] == "FAIL  a  cartesian-kf  It was still running after 1 s: does a loop never end?"
+    assert "cell 'answer-kf', in update, line" in out[3] and out[3].endswith("while p: p = abs(p)")
+    assert out[4] == "2 of 3 checks passed."
+
+
+@pytest.mark.parametrize("code, says", [
+    ("import os; os._exit(7)", "Python itself ended here"),
+    ("import re; re.match('(a+)+$', 'a' * 50 + 'b')", "still running after 0.5 s, inside a library"),
+])  # fmt: skip
+def test_what_ends_or_blocks_python_itself(tmp_path, capsys, code, says):
+    path = save(tmp_path / "a.ipynb", released(LAB1, (LOOP, f"{LOOP}        {code}\n")))
+    status, out, _ = run(capsys, "--timeout", "0.5", path)
+    assert status == 1 and says in out[2] and out[2].startswith("FAIL  a  cartesian-kf")
+
+
+def test_the_command_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "labkit", "check"], capture_output=True, text=True)
+    assert done.returncode == 2 and "NOTEBOOK" in done.stderr
+
+
+@pytest.mark.slow
+def test_nbval_gives_the_same_verdict(tmp_path):
+    good = save(tmp_path / "good.ipynb", released(LAB1))
+    bad = save(tmp_path / "bad.ipynb", released(LAB1, ("seen - expected", "expected - seen")))
+    command = [sys.executable, "-m", "pytest", "-q", "--nbval-lax", "-p", "no:cacheprovider", "--rootdir", tmp_path]
+    nbval = subprocess.run([*command, good, bad], capture_output=True, text=True)
+    failed = [line for line in nbval.stdout.splitlines() if line.startswith("FAILED")]
+    assert nbval.returncode == 1 and failed and all("bad.ipynb" in line for line in failed)
+    assert (cli.main(["check", str(good)]), cli.main(["check", str(bad)])) == (0, 1)
