@@ -43,31 +43,47 @@ FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.
 FOREIGN = (
-    "CONDA_PREFIX", "MPLBACKEND", "PIP_PREFIX", "PIP_TARGET", "PYTHONHOME", "PYTHONPATH",
-    "VIRTUAL_ENV", "__PYVENV_LAUNCHER__",
-)  # fmt: skip
+    "CONDA_PREFIX",
+    "MPLBACKEND",
+    "PIP_PREFIX",
+    "PIP_TARGET",
+    "PYTHONHOME",
+    "PYTHONPATH",
+    "VIRTUAL_ENV",
+    "__PYVENV_LAUNCHER__",
+)
 
 # What the reader is told, by what an installer or the system printed; numbers are in any language.
 CAUSES = (
-    (r"No space left|(errno|os error) 28\b|(winerror|os error) 112\b",
-     "the disk is full: free 1 GB and run this again"),
-    (r"ensurepip is not|No module named '?(venv|ensurepip)",
-     "this Python lacks its venv module: install it (on Debian and Ubuntu: sudo apt install"
-     + " python3-venv) and run this again"),
-    (r"(errno|os error) (13|30)\b|(winerror|os error) (5|32)\b",
-     "a file cannot be written: close the programs that use the environment, or let LABKIT_VENV"
-     + " name a folder that can be written"),
-    (r"certificate|SSLError",
-     "the package index's certificate is not trusted, mostly due to a proxy: ask those who run"
-     + " your network, or use another one"),
-    (r"NewConnectionError|ConnectTimeout|ProxyError|Read timed out|Connection reset|dns error"
-     + r"|error sending request|Failed to fetch|from versions: none",
-     "the package index cannot be reached: check the network (and the proxy, if there is one)"
-     + " and run this again"),
-)  # fmt: skip
+    (
+        r"No space left|(errno|os error) 28\b|(winerror|os error) 112\b",
+        "the disk is full: free 1 GB and run this again",
+    ),
+    (
+        r"ensurepip is not|No module named '?(venv|ensurepip)",
+        "this Python lacks its venv module: install it (on Debian and Ubuntu: sudo apt install"
+        + " python3-venv) and run this again",
+    ),
+    (
+        r"(errno|os error) (13|30)\b|(winerror|os error) (5|32)\b",
+        "a file cannot be written: close the programs that use the environment, or let LABKIT_VENV"
+        + " name a folder that can be written",
+    ),
+    (
+        r"certificate|SSLError",
+        "the package index's certificate is not trusted, mostly due to a proxy: ask those who run"
+        + " your network, or use another one",
+    ),
+    (
+        r"NewConnectionError|ConnectTimeout|ProxyError|Read timed out|Connection reset|dns error"
+        + r"|error sending request|Failed to fetch|from versions: none",
+        "the package index cannot be reached: check the network (and the proxy, if there is one)"
+        + " and run this again",
+    ),
+)
 
 
-class Problem(Exception):
+class SetUpError(Exception):
     """Something that the person at the keyboard has to know, in one line."""
 
 
@@ -103,11 +119,17 @@ def run(command):
     start = time.time()
     try:
         process = subprocess.Popen(
-            command, cwd=HOME, env=environment(), stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", errors="replace",
-        )  # fmt: skip
+            command,
+            cwd=HOME,
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+        )
     except OSError as error:
-        raise Problem(explain(command[0], str(error)))
+        raise SetUpError(explain(command[0], str(error)))
     try:
         while True:
             try:
@@ -120,7 +142,7 @@ def run(command):
             process.kill()
             process.wait()
     if process.returncode:
-        raise Problem(explain(" ".join(command), output))
+        raise SetUpError(explain(" ".join(command), output))
     return output
 
 
@@ -150,7 +172,7 @@ def place():
     """What the environment's files refer to by name; a moved or broken environment differs."""
     try:
         version = run([program("python"), "-c", "import sys; print(sys.version_info[:2])"])
-    except Problem:
+    except SetUpError:
         version = None
     return [HOME, VENV, version]
 
@@ -159,7 +181,7 @@ def clear_folder():
     """Make VENV an empty folder with a mark that lab.py made it; spare one without the mark."""
     if os.path.isdir(VENV):
         if os.listdir(VENV) and not os.path.exists(STAMP):
-            raise Problem(
+            raise SetUpError(
                 "%s holds files that lab.py did not make: delete or rename it, or let"
                 " LABKIT_VENV name another folder" % VENV
             )
@@ -175,7 +197,7 @@ def first_that_works(ways):
             for command in way:
                 run(command)
             return
-        except Problem as problem:
+        except SetUpError as problem:
             if way is ways[-1]:
                 raise
             say("that failed (%s), trying another way" % str(problem).split(": ")[0])
@@ -196,7 +218,7 @@ def make_environment():
         python = PYTHON if fits else ">=%d.%d,<%d.%d" % (OLDEST + (NEWEST[0], NEWEST[1] + 1))
         ways.append([[uv, "venv", "--seed", "--allow-existing", "--python", python, VENV]])
     if not ways:
-        raise Problem(wrong_python())
+        raise SetUpError(wrong_python())
     clear_folder()
     say("making the environment in %s" % VENV)
     first_that_works(ways)
@@ -209,10 +231,9 @@ def install(needs):
     uv = shutil.which("uv", path=environment()["PATH"])
     with_uv = [uv or program("uv"), "pip", "install", "--python", python]
     steps = (["--require-hashes", "-r", needs], ["--no-deps", "--editable", "."])
-    first_that_works([
-        ([] if uv else [pip + ["uv"]]) + [with_uv + step for step in steps],
-        [pip + step for step in steps],
-    ])  # fmt: skip
+    first_that_works(
+        [([] if uv else [pip + ["uv"]]) + [with_uv + step for step in steps], [pip + step for step in steps]]
+    )
 
 
 def set_up(needs):
@@ -246,7 +267,7 @@ def hand_over(command, folder=None):
 
 def open_jupyterlab(options):
     if not os.path.exists(os.path.join(HOME, FIRST_LAB)):
-        raise Problem("%s is missing in %s: get the project's files anew" % (FIRST_LAB, HOME))
+        raise SetUpError("%s is missing in %s: get the project's files anew" % (FIRST_LAB, HOME))
     set_up(LAB_NEEDS)
     command = [program("python"), "-m", "jupyterlab", "--ServerApp.root_dir=" + HOME]
     if not any("default_url" in option for option in options):
@@ -272,25 +293,25 @@ def main(arguments):
         print(__doc__.strip())
         return 0
     if sys.version_info < (3, 6):
-        raise Problem(wrong_python())
+        raise SetUpError(wrong_python())
     if command == "setup" and not rest:
         return set_up(LAB_NEEDS)
     if command in ("test",) + FULL and not os.path.exists(os.path.join(HOME, TEST_NEEDS)):
-        raise Problem("this is the students' kit: lab.py %s is in the full one" % command)
+        raise SetUpError("this is the students' kit: lab.py %s is in the full one" % command)
     if command == "test":
         return run_tests(rest)
     if command in ("check", "data") + FULL:
         set_up(TEST_NEEDS if command in FULL else LAB_NEEDS)
         return hand_over([program("labkit")] + arguments)
     if command and not command.startswith("-"):
-        raise Problem("unknown command %s: see `python3 lab.py --help`" % " ".join(arguments))
+        raise SetUpError("unknown command %s: see `python3 lab.py --help`" % " ".join(arguments))
     return open_jupyterlab(arguments)
 
 
 if __name__ == "__main__":
     try:
         sys.exit(main(sys.argv[1:]))
-    except Problem as problem:
+    except SetUpError as problem:
         say(problem, sys.stderr)
     except OSError as error:
         say(explain("lab.py", str(error)), sys.stderr)

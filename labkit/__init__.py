@@ -25,9 +25,22 @@ _LAZY = {
 }
 
 __all__ = [
-    "FilterError", "History", "Landmark", "Log", "Map", "Robot", "make_filter", "random_map",
-    "replay", "rotation", "simulate", "wrap", *_LAZY, "metrics", "mrclam",
-]  # fmt: skip
+    "FilterError",
+    "History",
+    "Landmark",
+    "Log",
+    "Map",
+    "Robot",
+    "make_filter",
+    "random_map",
+    "replay",
+    "rotation",
+    "simulate",
+    "wrap",
+    *_LAZY,
+    "metrics",
+    "mrclam",
+]
 
 
 _MODULES = ("metrics", "mrclam")  # reachable as labkit.metrics without an import of their own

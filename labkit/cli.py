@@ -23,16 +23,12 @@ def main(argv=None):
     status = "Exit status: 0 all passed, 1 something failed, 2 a file cannot be read."
     test = commands.add_parser("check", help="run the checks of notebooks", description=status)
     test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK")
-    test.add_argument(
-        "--timeout", type=float, default=60.0, metavar="SECONDS", help="for each notebook (default 60)"
-    )
+    test.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each notebook (default 60)")
 
     take = commands.add_parser("data", help="take in recorded robot data that was downloaded")
     take.add_argument("paths", nargs="*", metavar="PATH", help="a folder or a zip (none: say what is there)")
 
-    make = commands.add_parser(
-        "build", help="make notebooks and check numbers from the solutions (maintainers)"
-    )
+    make = commands.add_parser("build", help="make notebooks and check numbers from the solutions (maintainers)")
     make.add_argument("names", nargs="*", metavar="NAME", help="labs to build (default: all)")
     make.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
     make.add_argument("--no-run", action="store_true", help="do not run the solutions")
@@ -103,9 +99,11 @@ def _listen(path, seconds):
     start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.notebook.worker import main; main({str(path)!r}, {seconds!r})"
     child = subprocess.Popen(
         [sys.executable, "-X", "utf8", "-c", start],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         env={**os.environ, "MPLBACKEND": "Agg"},
-    )  # fmt: skip
+    )
     cause = "Python itself ended here, before the checks did."
     try:
         out, _ = child.communicate(timeout=seconds + 5)

@@ -72,5 +72,7 @@ def _in_notebook():
 def _has_window():
     import matplotlib
 
-    return matplotlib.get_backend().lower() in {b.lower() for b in matplotlib.backends.backend_registry.list_builtin(
-        matplotlib.backends.BackendFilter.INTERACTIVE)}  # fmt: skip
+    return matplotlib.get_backend().lower() in {
+        b.lower()
+        for b in matplotlib.backends.backend_registry.list_builtin(matplotlib.backends.BackendFilter.INTERACTIVE)
+    }

@@ -1,6 +1,32 @@
-"""Angles, rotations and covariance ellipses in the plane."""
+"""Angles, rotations and covariance ellipses in the plane; the aliases of types that signatures are written with."""
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+"""Numbers of a shape and unit that the docstring names."""
+Point = NDArray[np.float64]
+"""(2,) x and y [m]."""
+Points = NDArray[np.float64]
+"""(..., 2) x and y [m], world frame unless said otherwise."""
+Pose = NDArray[np.float64]
+"""(3,) x, y [m] and heading theta [rad], counter-clockwise from the x axis."""
+Poses = NDArray[np.float64]
+"""(..., 3) x, y [m] and heading theta [rad], world frame unless said otherwise."""
+Motion = NDArray[np.float64]
+"""(..., 3) how far ahead, to the left [m] and round [rad], in the frame of the pose that is left."""
+Angle = float | NDArray[np.float64]
+"""[rad], a number or an array of any shape."""
+Mean = NDArray[np.float64]
+"""(n,) an estimate: positions [m], then angles [rad]."""
+Covariance = NDArray[np.float64]
+"""(n, n) symmetric, no eigenvalue below zero; [m^2], [m rad], [rad^2] by the entries of the mean."""
+Covariances = NDArray[np.float64]
+"""(..., n, n) of them."""
+Measurements = NDArray[np.float64]
+"""(..., 2) offset (dx, dy) [m], or range [m] and bearing [rad]."""
+Seed = int | np.random.Generator | None
+"""What `numpy.random.default_rng` takes: a seed, a generator, or None for another run each time."""
 
 
 def wrap(angle):

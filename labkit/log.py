@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .checks.feedback import FilterError, Told, explain
+from .checks.feedback import FilterError, LabError, explain
 from .geometry import as_covariance, root
 from .robot import add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed
@@ -60,7 +60,9 @@ class Log:
         if self.sensor not in SENSORS:
             raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
         if len(self.seen_step) and not 0 <= min(self.seen_step) <= max(self.seen_step) < n:
-            raise ValueError(f"seen_step must name steps from 0 to {n - 1}, but goes from {min(self.seen_step)} to {max(self.seen_step)}")
+            raise ValueError(
+                f"seen_step must name steps from 0 to {n - 1}, but goes from {min(self.seen_step)} to {max(self.seen_step)}"
+            )
         if n and not (np.diff(self.times) > 0).all():
             raise ValueError("the times of a log must increase from step to step")
         for name in ("times", "controls", "seen"):
@@ -131,8 +133,17 @@ def simulate(robot, map, steps=None):
     moves = robot.dt * controls + robot.rng.standard_normal((steps, 2)) @ root(robot.Q).T
     truth = robot.p + np.vstack([np.zeros(2), np.cumsum(moves, axis=0)])
     seen = look(truth[1:], map, robot.type, robot.R, robot.range, robot.rng)
-    return Log(times, controls, **seen, map=map, sensor=robot.type, truth=truth,
-               Q=robot.Q / robot.dt, R=robot.R * robot.dt, range=robot.range)  # fmt: skip
+    return Log(
+        times,
+        controls,
+        **seen,
+        map=map,
+        sensor=robot.type,
+        truth=truth,
+        Q=robot.Q / robot.dt,
+        R=robot.R * robot.dt,
+        range=robot.range,
+    )
 
 
 def look(path, map, sensor, R, range, rng):
@@ -187,7 +198,7 @@ def replay(kf, log):
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
-        problem = explain(error) if isinstance(error, Told) else _shape_problem(kf, n) or explain(error)
+        problem = explain(error) if isinstance(error, LabError) else _shape_problem(kf, n) or explain(error)
         raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
     bad = ~(np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2)))
     if bad.any():

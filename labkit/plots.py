@@ -41,8 +41,15 @@ class MapPanel:
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.3, label="estimate")
         (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.7, alpha=0.8)
         self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3, fontsize=8, frameon=False,
-                  handlelength=1.8, columnspacing=1.2)  # fmt: skip
+        ax.legend(
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.17),
+            ncols=3,
+            fontsize=8,
+            frameon=False,
+            handlelength=1.8,
+            columnspacing=1.2,
+        )
 
     def show(self, log, history, ellipses=20):
         self.landmarks.set_data(*positions(log.map).T)
@@ -137,12 +144,20 @@ class ScenePanel:
         (self.seen,) = ax.plot([], [], "*", color=BLUE, ms=8, mfc="none", label="measured")
         (self.mean,) = ax.plot([], [], "+", color=VERMILION, ms=11, mew=2, label="estimate")
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.5, label="3σ ellipse")
-        self.artists = [self.landmarks, self.trail, self.guess, self.circle, self.seen, self.robot,
-                        self.ellipse, self.mean]  # fmt: skip
+        self.artists = [
+            self.landmarks,
+            self.trail,
+            self.guess,
+            self.circle,
+            self.seen,
+            self.robot,
+            self.ellipse,
+            self.mean,
+        ]
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8, frameon=False)
 
     def show(self, map, p, reach, seen, mean, cov):
-        """p (2,) true position or None; seen (n, 2) world positions of what was measured."""
+        """P (2,) true position or None; seen (n, 2) world positions of what was measured."""
         self.landmarks.set_data(*positions(map).T)
         if p is not None:
             self.robot.set_data([p[0]], [p[1]])
@@ -180,9 +195,7 @@ def show_run(log, history, kind="nees", title=""):
     """Make the figure of `plot_run` and show it, in a notebook or in a window."""
     import matplotlib.pyplot as plt  # here only: the panels need no pyplot
 
-    figure, axes = plt.subplots(
-        1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1]
-    )
+    figure, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained", width_ratios=[1.1, 1, 1])
     plot_run(axes, log, history, kind)
     figure.suptitle(title)
     plt.show()

@@ -15,6 +15,7 @@ from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
 from .robot import HANDOUT_Q, HANDOUT_R, Robot
 from .world import random_map
 
+
 class Kept(w.VBox):
     """Widgets in a column, with a picture and a sentence for readers without a running kernel."""
 
@@ -52,8 +53,20 @@ class Screen:
         )
 
 
-def explore(KF, log=None, sensor="xy", sliders=("Q", "R"), kind="nees", landmarks=25, range=2.5,
-            seed=1, Q=None, R=None, x0=START, P0=START_COV):  # fmt: skip
+def explore(
+    KF,
+    log=None,
+    sensor="xy",
+    sliders=("Q", "R"),
+    kind="nees",
+    landmarks=25,
+    range=2.5,
+    seed=1,
+    Q=None,
+    R=None,
+    x0=START,
+    P0=START_COV,
+):
     """Sliders for what the filter is told, over one recorded run with fixed noise.
 
     KF:      the student's class.  log: a recorded run; without one the handout's robot drives among
@@ -93,12 +106,15 @@ class Explorer:
             raise ValueError(f"a recorded run has its own {name}: that slider needs a simulated run")
         options = {"style": {"description_width": "150px"}, "layout": w.Layout(width="430px")}
         if name in ("Q", "R"):
-            slider = w.FloatLogSlider(1.0, min=-3, max=3, step=0.1, readout_format=".3g",
-                                      description=f"filter's {name}, factor", **options)  # fmt: skip
+            slider = w.FloatLogSlider(
+                1.0, min=-3, max=3, step=0.1, readout_format=".3g", description=f"filter's {name}, factor", **options
+            )
         elif name == "landmarks":
             slider = w.IntSlider(self.values[name], 0, 60, description="landmarks in the map", **options)
         elif name == "range":
-            slider = w.FloatSlider(self.values[name], min=0.5, max=6, step=0.1, description="sensing range [m]", **options)
+            slider = w.FloatSlider(
+                self.values[name], min=0.5, max=6, step=0.1, description="sensing range [m]", **options
+            )
         else:
             raise ValueError(f"sliders are 'Q', 'R', 'landmarks' and 'range', not {name!r}")
         slider.observe(lambda change: self._changed(name, change["new"]), "value")

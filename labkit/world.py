@@ -16,7 +16,7 @@ class Landmark:
     `lm + v` and `lm - v` act on `p` and give arrays, so `lm - x` points from x to the landmark.
     """
 
-    __slots__ = ("p", "id")
+    __slots__ = ("id", "p")
     complete = True  # a camera may see only part of a landmark: see labkit.legged.Sighting
     __array_ufunc__ = None  # `array - landmark` must reach __rsub__, not numpy's loop over objects
 
@@ -117,7 +117,7 @@ def located(p, values, sensor):
 
 
 def difference(a, b, sensor):
-    """a - b for measurements (..., 2): bearings are wrapped, all else is plain subtraction."""
+    """A - b for measurements (..., 2): bearings are wrapped, all else is plain subtraction."""
     d = np.asarray(a) - b
     if sensor == "rb":
         d[..., 1] = wrap(d[..., 1])

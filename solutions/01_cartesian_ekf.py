@@ -129,6 +129,7 @@ print(f"At the end it is {off:.2f} m from where it was told to be.")
 # into one.
 # </details>
 
+
 # %% id="answer-stack" tags=["answer"]
 def stack(y, m, x):
     """Stacked measurement (2p,) and what the map predicts from position x (2p,)."""
@@ -159,6 +160,7 @@ check("cartesian-stack", stack)
 #
 # `np.kron(A, B)` puts a copy of `B`, times the entry, in the place of each entry of `A`. `np.eye(p)` is the identity. The order matters.
 # </details>
+
 
 # %% id="answer-repeat" tags=["answer"]
 def repeat_R(R, p):
@@ -212,6 +214,7 @@ check("cartesian-repeat", repeat_R)
 #
 # `np.linalg.solve(S, B)` gives $S^{-1}B$ and is more exact than `inv`. Since $S$ and $P$ are symmetric, $K = (S^{-1} H P)^\top$.
 # </details>
+
 
 # %% id="answer-kf" tags=["answer"]
 class KF:
@@ -402,7 +405,9 @@ print("passed")
 # %% id="grade-other-noise" tags=["hidden"] points=2 title="KF: other noise, other time step"
 rng = exam.rng()
 a, b = rng.uniform(0.5, 0.8, 2) * rng.choice([-1, 1], 2)  # never without correlation
-noisy = drive(rng, Q=0.1 * np.array([[1, a], [a, 1]]), R=0.08 * np.array([[1, b], [b, 2]]), steps=80)
+noisy = drive(
+    rng, Q=0.1 * np.array([[1, a], [a, 1]]), R=0.08 * np.array([[1, b], [b, 2]]), steps=80
+)
 noisy = dataclasses.replace(noisy, times=rng.uniform(0.3, 0.7) * noisy.times)
 exam.same_run(KF, noisy, "with correlated noise and another time step", x0=rng.normal(size=2))
 print("passed")

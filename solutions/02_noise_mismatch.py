@@ -58,6 +58,7 @@ KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved
 # `np.linalg.solve(P, e)` is $P^{-1}e$. The product of two 1-D arrays, `a @ b`, is a number.
 # </details>
 
+
 # %% id="answer-nees" tags=["answer"]
 def nees(truth, x, P):
     """NEES of one step, from truth (2,), estimate x (2,) and covariance P (2, 2)."""
@@ -240,6 +241,7 @@ explore(KF, kind="nis")
 # `low, high = chi2_bounds(dof=2, level=0.95, runs=runs)`. Overconfident means that the error is larger than the filter thinks.
 # </details>
 
+
 # %% id="answer-verdict" tags=["answer"]
 def verdict(mean_nees, runs):
     """'overconfident', 'consistent' or 'underconfident', for a mean NEES of `runs` runs."""
@@ -256,12 +258,15 @@ def verdict(mean_nees, runs):
 # %% id="check-verdict" tags=["check"] points=2 title="verdict"
 check("mismatch-verdict", verdict)
 
+
 # %%
 def run(seed):
     return simulate(Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed))
 
 
 logs = [run(seed) for seed in range(60)]
+
+
 def all_nees(factor):
     """NEES (runs, N+1) of your filter over all runs, told this factor of R."""
     values = []
@@ -295,6 +300,7 @@ plt.show()
 #
 # Go through the steps with two counters: the length of the dark row you are in (back to 0 when something is seen) and the longest so far.
 # </details>
+
 
 # %% id="answer-dark" tags=["answer"]
 def longest_dark(count):
@@ -368,7 +374,9 @@ LabKF = Exam("01_cartesian_ekf").right("KF")[0]  # lab 1 is marked with lab 1
 
 def lied_to(rng, q=1, r=1, steps=160):
     """(truth, x, P) of each step of a filter that was told q Q and r R."""
-    run = simulate(Robot(rng.uniform(-2, 2, 2), Q, R, rng=rng), random_map(25, rng=rng), steps)
+    run = simulate(
+        Robot(rng.uniform(-2, 2, 2), Q, R, rng=rng), random_map(25, rng=rng), steps
+    )
     told = replay(make_filter(LabKF, run, Q=q * Q, R=r * R), run)
     return list(zip(run.truth, told.x, told.P))
 
@@ -381,7 +389,9 @@ exam.curve(nees, steps, public.times, chi2_bounds(2), "your NEES along one run")
 
 # %% id="grade-nees-run" tags=["hidden"] points=2 title="nees: along whole runs"
 rng = exam.rng()
-exam.same(nees, lied_to(rng) + lied_to(rng, r=0.01) + lied_to(rng, q=100), "the steps of a run")
+exam.same(
+    nees, lied_to(rng) + lied_to(rng, r=0.01) + lied_to(rng, q=100), "the steps of a run"
+)
 print("passed")
 
 # %% id="grade-nees-correlated" tags=["hidden"] points=1 title="nees: long, thin ellipses"
@@ -393,19 +403,31 @@ print("passed")
 # %% id="grade-nees-sure" tags=["hidden"] points=1 title="nees: very sure and very unsure filters"
 rng = exam.rng()
 sizes = [1e-6, 1e-3, 1e3]
-exam.same(nees, [(*rng.normal(size=(2, 2)), size * np.eye(2)) for size in sizes], "P large and small")
+exam.same(
+    nees,
+    [(*rng.normal(size=(2, 2)), size * np.eye(2)) for size in sizes],
+    "P large and small",
+)
 print("passed")
 
 # %% id="grade-verdict-bounds" tags=["hidden"] points=2 title="verdict: near the bounds"
 rng = exam.rng()
 bounds = [(n, b) for n in rng.integers(2, 400, 12).tolist() for b in chi2_bounds(2, 0.95, n)]
-exam.same(verdict, [(float(b * f), n) for n, b in bounds for f in (0.99, 1.01)], "means near the bounds")
+exam.same(
+    verdict,
+    [(float(b * f), n) for n, b in bounds for f in (0.99, 1.01)],
+    "means near the bounds",
+)
 print("passed")
 
 # %% id="grade-verdict-runs" tags=["hidden"] points=1 title="verdict: few runs and many"
 rng = exam.rng()
 means = rng.uniform(1.2, 3.0, 60)
-exam.same(verdict, [(float(mean), n) for mean in means for n in (1, 30, 1000)], "other numbers of runs")
+exam.same(
+    verdict,
+    [(float(mean), n) for mean in means for n in (1, 30, 1000)],
+    "other numbers of runs",
+)
 print("passed")
 
 # %% id="grade-dark-random" tags=["hidden"] points=2 title="longest_dark: random maps"

@@ -57,6 +57,7 @@ CartesianKF = load_answer("01_cartesian_ekf", "KF")  # your filter of lab 1, to 
 # `landmark - x` is an array of two numbers; `np.hypot(dx, dy)` is the square root of the sum of their squares.
 # </details>
 
+
 # %% id="answer-h" tags=["answer"]
 def h(x, landmark):
     """What a robot at x (2,) should measure of a landmark: [range [m], bearing [rad]]."""
@@ -93,6 +94,7 @@ check("range-bearing-h", h)
 #
 # Move `x` by a tiny step, 1e-6 in one direction, and see how `h` changes: (new − old) / 1e-6 is a column of $H$, nearly.
 # </details>
+
 
 # %% id="answer-jacobian" tags=["answer"]
 def jacobian(x, landmark):
@@ -146,6 +148,7 @@ print(f"wrapped difference {np.rad2deg(wrap(seen - expected)):7.1f}°")
 #
 # In the stacked innovation, bearings stand at positions 1, 3, 5 …: `innovation[1::2] = wrap(innovation[1::2])`.
 # </details>
+
 
 # %% id="answer-kf" tags=["answer"]
 class KF:
@@ -470,7 +473,10 @@ from labkit.instructor.exam.exam import Exam
 
 exam = Exam("03_range_bearing_ekf")
 check = exam.check
-Q, R_rb = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, np.deg2rad(5) ** 2])  # as in section 5
+Q, R_rb = (
+    np.diag([0.25**2, 0.25**2]),
+    np.diag([0.2**2, np.deg2rad(5) ** 2]),
+)  # as in section 5
 
 
 def places(rng):
@@ -545,7 +551,9 @@ mine = exam.same_run(KF, long, "over a long run", **known)
 right = [exam.history(one, long, **known) for one in exam.right("KF")]
 mean, *due = [metrics.nees(one, long)[40:].mean() for one in [mine, *right]]
 if min(abs(mean / one - 1) for one in due) > 0.05:
-    exam.fail(f"Over a long run your mean NEES is {mean:.2g}; a right filter has {due[0]:.2g}.")
+    exam.fail(
+        f"Over a long run your mean NEES is {mean:.2g}; a right filter has {due[0]:.2g}."
+    )
 print("passed")
 
 # %% [markdown]

@@ -640,6 +640,7 @@ explore(EKF, lost)
 # %% [markdown]
 # One walk proves little. The same over twenty walks, under `harsh` noise:
 
+
 # %% tags=["nbval-ignore-output"]
 def ungated(log):
     """The hybrid, with an EKF that believes every sighting."""
@@ -685,6 +686,7 @@ print(table(race({**variants, "no gate": ungated}, harsh, progress)))
 # One function runs them all over the same walks. Each walk starts from nothing (the EKF alone has to know its start) and has a kidnapping at 15 s.
 #
 # **Before you run it:** which one will track best? Which one recovers soonest? Which is cheapest?
+
 
 # %% tags=["nbval-ignore-output"]
 def particles(log, n):
@@ -744,6 +746,7 @@ plt.show()
 #
 # All candidates and all sightings at once: with `many = poses[:, None]`, which has the shape (candidates, 1, 3), `moved(many, past.before)` has the shape (candidates, sightings, 3).
 # </details>
+
 
 # %% id="answer-restart" tags=["answer"]
 def restart(past, rounds=4, n=200):
@@ -811,6 +814,7 @@ print(table(race({**chosen, "memory + EKF": remembering}, kidnapped, progress)))
 #
 # The same filter, on the robots of lab 3's last section (UTIAS MRCLAM set 7; `labkit data` says how to get it, and without it a small simulated set stands in). No compass now: your filter estimates the heading itself. Wheels do not slip aside in
 # proportion to anything, so the noise is told as floors: for each step of 0.1 s, and for each sighting, whatever its range.
+
 
 # %% tags=["nbval-ignore-output"]
 def wheels(slip, spin, range_floor, bearing):
@@ -908,9 +912,7 @@ plain = Noise(
 
 
 def poses(rng, n=12):
-    return [
-        np.array([*rng.uniform(-2.5, 2.5, 2), rng.uniform(-3.1, 3.1)]) for _ in range(n)
-    ]
+    return [np.array([*rng.uniform(-2.5, 2.5, 2), rng.uniform(-3.1, 3.1)]) for _ in range(n)]
 
 
 def walk(rng, noise, steps=80, **more):
@@ -966,8 +968,14 @@ print("passed")
 
 # %% id="grade-noise" tags=["hidden"] points=2 title="EKF: other noise, goals unlike beacons, cut-off landmarks"
 rng = exam.rng()
-other = Noise(odometry=0.15, range_beacon=rng.uniform(0.03, 0.06), range_goal=rng.uniform(0.1, 0.2), range_floor=rng.uniform(0.02, 0.05),
-              bearing=rng.uniform(0.02, 0.04), bearing_partial=rng.uniform(0.2, 0.3))  # fmt: skip
+other = Noise(
+    odometry=0.15,
+    range_beacon=rng.uniform(0.03, 0.06),
+    range_goal=rng.uniform(0.1, 0.2),
+    range_floor=rng.uniform(0.02, 0.05),
+    bearing=rng.uniform(0.02, 0.04),
+    bearing_partial=rng.uniform(0.2, 0.3),
+)
 record, told = walk(rng, other)
 exam.same_run(EKF, record, "with other noise", **told)
 print("passed")
@@ -986,7 +994,9 @@ mine = exam.same_run(EKF, record, "over a long walk", **told)
 right = [exam.history(one, record, **told) for one in exam.right("EKF")]
 mean, *due = [metrics.nees(one, record)[40:].mean() for one in [mine, *right]]
 if min(abs(mean / one - 1) for one in due) > 0.05:
-    exam.fail(f"Over a long walk your mean NEES is {mean:.2g}; a right filter has {due[0]:.2g}.")
+    exam.fail(
+        f"Over a long walk your mean NEES is {mean:.2g}; a right filter has {due[0]:.2g}."
+    )
 print("passed")
 
 # %% id="grade-membership" tags=["hidden"] points=1 title="membership: other trapezoids"
@@ -1024,8 +1034,16 @@ print("passed")
 
 # %% id="grade-lost" tags=["hidden"] points=2 title="lost: other covariances and surprises"
 rng = exam.rng()
-cases = [(np.diag(rng.uniform(0.0, 0.3, 2).tolist() + [rng.uniform(0, 1.8)]), rng.choice([2.0, 50.0], n), 13.8, share)
-         for n in (0, 3, 7, 8, 8, 8, 8) for share in (0.4, 0.6, 0.9)]  # fmt: skip
+cases = [
+    (
+        np.diag(rng.uniform(0.0, 0.3, 2).tolist() + [rng.uniform(0, 1.8)]),
+        rng.choice([2.0, 50.0], n),
+        13.8,
+        share,
+    )
+    for n in (0, 3, 7, 8, 8, 8, 8)
+    for share in (0.4, 0.6, 0.9)
+]
 cases += [
     (np.diag([0.01, 0.01, 0.01]), rng.permutation([50.0] * k + [2.0] * (8 - k)), bound, 0.6)
     for k in range(9)

@@ -323,9 +323,7 @@ def started(log, rng, KF=None, told=noise, **options):
     """A filter for a log, started at the true poses plus an error like that of section 2."""
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6  # robot 0 is the origin
-    x0 = log.truth[0] + sigma * np.random.default_rng(rng + 1000).standard_normal(
-        sigma.shape
-    )
+    x0 = log.truth[0] + sigma * np.random.default_rng(rng + 1000).standard_normal(sigma.shape)
     return (KF or GroupEKF)(x0, np.diag(sigma.ravel() ** 2), told, **options)
 
 
@@ -709,9 +707,7 @@ def formation(seed, push=None, **options):
     team = triangle(rng=seed, **options)
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (3, 1))
     sigma[0] = 1e-6
-    x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal(
-        sigma.shape
-    )
+    x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal(sigma.shape)
     kf = GroupEKF(x0, np.diag(sigma.ravel() ** 2), noise, inflate=10.0)
     return run(team, kf, push or force, WAY)
 
@@ -916,9 +912,7 @@ def cost(n):
     P = np.tile(0.01 * np.eye(3), (n - 1, 1, 1))
     kf = PairFilters(seen_from(x0[1:], x0[:1]), P, noise, gate=np.inf)
     who = np.arange(n - 1)
-    took.append(
-        milliseconds(20, lambda: kf.predict(u[0], u[1:]), lambda: kf.update(who, z))
-    )
+    took.append(milliseconds(20, lambda: kf.predict(u[0], u[1:]), lambda: kf.update(who, z)))
     return took
 
 
@@ -949,8 +943,7 @@ for lost in (0.0, 0.2, 0.5):
     apart = max(np.abs(x - each[0])[..., :2].max() for x in each[1:])
     ego = np.mean([frame_errors(x, log.truth).ego.mean() for x in each])
     print(
-        f"{100 * lost:2.0f} % lost: frames differ by {100 * apart:4.1f} cm at most,",
-        end=" ",
+        f"{100 * lost:2.0f} % lost: frames differ by {100 * apart:4.1f} cm at most,", end=" "
     )
     print(f"{100 * ego:.1f} cm (ego)")
 
@@ -1161,9 +1154,7 @@ class InvariantEKF(GroupEKF):
 # %% tags=["nbval-ignore-output"]
 log = scenarios.cross(rng=1)
 both = [replay(started(log, 1, KF), log)[0] for KF in (GroupEKF, InvariantEKF)]
-print(
-    "a good start, both alike to 1 cm:", bool(abs(both[0] - both[1])[..., :2].max() < 0.01)
-)
+print("a good start, both alike to 1 cm:", bool(abs(both[0] - both[1])[..., :2].max() < 0.01))
 coarse = np.tile([0.5, 0.5, np.deg2rad(60)], (3, 1))
 coarse[0] = 1e-6
 values = {"EKF": [], "invariant EKF": []}

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from helpers.browser import LAB1, LAB3, NoBrowser, Page, answers, cells, chromium, jupyterlab, put, put_filled
+from helpers.browser import LAB1, LAB3, NoBrowserError, Page, answers, cells, chromium, jupyterlab, put, put_filled
 
 pytestmark = pytest.mark.browser
 
@@ -34,7 +34,7 @@ def browser():
     try:
         with chromium() as one:
             yield one
-    except NoBrowser as problem:
+    except NoBrowserError as problem:
         if os.environ.get("LABKIT_REQUIRE_BROWSER") == "1":
             pytest.fail(str(problem))
         pytest.skip(str(problem))
@@ -111,8 +111,10 @@ def test_a_student_fills_in_a_lab_and_moves_a_slider(browser, server, lab):
 
 def test_a_slider_follows_the_mouse_and_play_the_keyboard(browser, server):
     for page in open_page(browser, server, put_filled(server.root / "mouse", LAB1)):
-        explore, play = (next(id for id, source in cells(LAB1).items() if source.startswith(start))
-                         for start in ("explore(", "play("))  # fmt: skip
+        explore, play = (
+            next(id for id, source in cells(LAB1).items() if source.startswith(start))
+            for start in ("explore(", "play(")
+        )
         page.run("setup", *answers(LAB1), "show-05", "show-08", play, explore)
         output = page.output(explore)
         image, handle = output.locator("img").first, output.locator(".noUi-handle").first

@@ -55,9 +55,13 @@ class Project:
             env.pop("LABKIT_VENV", None)
         return subprocess.Popen(
             [str(python), str(self.folder / "lab.py"), *arguments],
-            env=env, cwd=self.folder.parent, stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8",
-        )  # fmt: skip
+            env=env,
+            cwd=self.folder.parent,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+        )
 
     def run(self, *arguments, **variables):
         """Run lab.py to its end; .stdout, .stderr and .returncode tell how it went."""
@@ -166,7 +170,7 @@ def test_a_python_that_is_too_new_says_so(project, monkeypatch):
     lab = project.load()
     monkeypatch.setattr(lab.sys, "version_info", (3, 15, 0))
     monkeypatch.setattr(lab.shutil, "which", lambda name: None)
-    with pytest.raises(lab.Problem, match=r"needs Python 3\.11 to 3\.14, and this is 3\.15 "):
+    with pytest.raises(lab.SetUpError, match=r"needs Python 3\.11 to 3\.14, and this is 3\.15 "):
         lab.make_environment()
 
 
@@ -206,9 +210,14 @@ def test_commands_run_in_the_environment(project, arguments, module, passed_on):
     else:
         script(project.venv / "bin/labkit", STAND_IN + "sys.exit(7)\n")
     done = project.run(
-        *arguments, VIRTUAL_ENV="elsewhere", PYTHONPATH="elsewhere", CONDA_PREFIX="elsewhere",
-        PYTHONHOME=sys.base_prefix, MPLBACKEND="elsewhere", PIP_TARGET="elsewhere",
-    )  # fmt: skip
+        *arguments,
+        VIRTUAL_ENV="elsewhere",
+        PYTHONPATH="elsewhere",
+        CONDA_PREFIX="elsewhere",
+        PYTHONHOME=sys.base_prefix,
+        MPLBACKEND="elsewhere",
+        PIP_TARGET="elsewhere",
+    )
     assert done.returncode == 7, done.stderr
     (call,) = project.calls()
     assert call["argv"][-len(passed_on) :] == passed_on
@@ -245,8 +254,7 @@ def test_windows_layout(project, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "arguments, told",
-    [(["notebook"], "unknown command notebook"), (["setup", "now"], "unknown command setup now")],
+    "arguments, told", [(["notebook"], "unknown command notebook"), (["setup", "now"], "unknown command setup now")]
 )
 def test_unknown_commands(project, arguments, told):
     done = project.run(*arguments)
@@ -294,7 +302,7 @@ def interrupt(project):
         (move, ["make", "install"]),
         (lambda project: shutil.rmtree(project.venv), ["make", "install"]),
     ],
-    ids="nothing lab.py requirements pyproject overrides interrupted python moved gone".split(),
+    ids=["nothing", "lab.py", "requirements", "pyproject", "overrides", "interrupted", "python", "moved", "gone"],
 )
 def test_only_what_is_needed_is_done(project, monkeypatch, event, work):
     project.make_ready()
@@ -326,10 +334,10 @@ def test_a_failed_installation_is_not_taken_for_done(project, monkeypatch):
     change("requirements.txt")(project)
 
     def fail(needs):
-        raise lab.Problem("the disk is full")
+        raise lab.SetUpError("the disk is full")
 
     monkeypatch.setattr(lab, "install", fail)
-    with pytest.raises(lab.Problem):
+    with pytest.raises(lab.SetUpError):
         lab.set_up("requirements.txt")
     assert lab.read_stamp() == {}
 
@@ -358,8 +366,7 @@ def test_a_folder_of_someone_else_is_spared(project, tmp_path):
         ("[Errno 30] Read-only file system: '/media/course/.venv'", "LABKIT_VENV"),
         ("[WinError 5] Zugriff verweigert: 'C:\\\\Kurs\\\\.venv'", "LABKIT_VENV"),
         (
-            "  cause: Failed to fetch: ...\n  cause: client error\n  cause: invalid peer"
-            " certificate: UnknownIssuer",
+            "  cause: Failed to fetch: ...\n  cause: client error\n  cause: invalid peer certificate: UnknownIssuer",
             "certificate is not trusted",
         ),
         (
@@ -381,24 +388,29 @@ def test_the_cause_of_a_failure_is_told(project, output, told):
 
 
 @posix
-def test_a_python_without_venv_names_the_package_to_install(
-    project, path_without_uv, tmp_path, monkeypatch
-):
+def test_a_python_without_venv_names_the_package_to_install(project, path_without_uv, tmp_path, monkeypatch):
     lab = project.load()
     monkeypatch.setenv("PATH", str(path_without_uv))
     python = script(tmp_path / "python", "#!/bin/sh\necho 'ensurepip is not\navailable.'\nexit 1\n")
     monkeypatch.setattr(lab, "PYTHON", str(python))
-    with pytest.raises(lab.Problem, match="sudo apt install python3-venv"):
+    with pytest.raises(lab.SetUpError, match="sudo apt install python3-venv"):
         lab.set_up("requirements.txt")
 
 
 def test_without_network_one_line_says_so(project, tmp_path):
     nowhere = "http://127.0.0.1:9/simple"
     done = project.run(
-        "setup", UV_DEFAULT_INDEX=nowhere, UV_INDEX_URL=nowhere, PIP_INDEX_URL=nowhere,
-        UV_CACHE_DIR=str(tmp_path / "uv"), PIP_CACHE_DIR=str(tmp_path / "pip"),
-        UV_HTTP_RETRIES="0", PIP_RETRIES="0", PIP_FIND_LINKS="", UV_FIND_LINKS="",
-    )  # fmt: skip
+        "setup",
+        UV_DEFAULT_INDEX=nowhere,
+        UV_INDEX_URL=nowhere,
+        PIP_INDEX_URL=nowhere,
+        UV_CACHE_DIR=str(tmp_path / "uv"),
+        PIP_CACHE_DIR=str(tmp_path / "pip"),
+        UV_HTTP_RETRIES="0",
+        PIP_RETRIES="0",
+        PIP_FIND_LINKS="",
+        UV_FIND_LINKS="",
+    )
     assert done.returncode == 2
     assert "the package index cannot be reached: check the network" in done.stderr
     assert json.loads((project.venv / "labkit.json").read_text()) == {}

@@ -42,9 +42,24 @@ def filled(tmp_path_factory):
 def nbval(*arguments):
     """`pytest` with nbval in a process of its own: exit status and what it printed."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--rootdir=.", *map(str, arguments)],
-        cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "no:xdist",
+            "--rootdir=.",
+            *map(str, arguments),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
     return done.returncode, done.stdout + done.stderr
 
 
@@ -88,7 +103,12 @@ def test_an_unfilled_lab_stops_only_at_its_stubs(lab, tmp_path):
         shutil.copy(ROOT / "notebooks" / f"{name}.ipynb", tmp_path)
     notebook = student(lab)
     NotebookClient(notebook, timeout=120, allow_errors=True, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    stops = [(cell.id, out.ename, out.evalue) for cell in notebook.cells for out in cell.get("outputs", []) if out.output_type == "error"]
+    stops = [
+        (cell.id, out.ename, out.evalue)
+        for cell in notebook.cells
+        for out in cell.get("outputs", [])
+        if out.output_type == "error"
+    ]
     assert {id for id, _, _ in stops} >= {cell.id for cell in notebook.cells if cell.metadata.labkit == "check"}
     assert [stop for stop in stops if "still to be written" not in stop[2]] == []
 
@@ -105,10 +125,7 @@ def test_the_students_copy_gives_nothing_away(lab):
 
 
 # What a hint says in so many words, and a solution too.
-ALSO_TOLD = {
-    "innovation[1::2] = wrap(innovation[1::2])",
-    "low, high = chi2_bounds(dof=2, level=0.95, runs=runs)",
-}
+ALSO_TOLD = {"innovation[1::2] = wrap(innovation[1::2])", "low, high = chi2_bounds(dof=2, level=0.95, runs=runs)"}
 
 
 @pytest.mark.parametrize("lab", LABS)
@@ -121,7 +138,13 @@ def test_the_shape_of_a_lab(lab):
     assert 3 <= len(answers) <= (10 if long else 5)  # open exercises among them
     assert all("NotImplementedError" in cell.source for cell in answers)
     # What is wider than this is cut off beside JupyterLab's file list on a laptop.
-    long = [(cell.id, line) for cell in notebook.cells if cell.cell_type == "code" for line in cell.source.splitlines() if len(line) > 94]
+    long = [
+        (cell.id, line)
+        for cell in notebook.cells
+        if cell.cell_type == "code"
+        for line in cell.source.splitlines()
+        if len(line) > 94
+    ]
     assert long == []
     assert "Summary" in "".join(cell.source for cell in notebook.cells[-3:])
 
@@ -129,7 +152,12 @@ def test_the_shape_of_a_lab(lab):
 @pytest.mark.parametrize("lab", [LABS[0], LABS[2]])
 def test_the_answer_kf_is_the_handouts_class(lab):
     answer = cells(student(lab))["answer-kf"].source
-    for line in ("class KF:", "def __init__(self, x0, P0, Q, R, m, dt=0.25):", "def predict(self, u):", "def update(self, y):"):
+    for line in (
+        "class KF:",
+        "def __init__(self, x0, P0, Q, R, m, dt=0.25):",
+        "def predict(self, u):",
+        "def update(self, y):",
+    ):
         assert line in answer
 
 
@@ -141,18 +169,21 @@ def test_a_build_refuses_what_it_cannot_stub(tmp_path):
         ('# %% id="a"\n1\n# %% id="a"\n2\n', "two cells have the id 'a'"),
     ]:
         lab.write_text(source, "utf-8")
-        with pytest.raises(build.Drifted, match=message):
+        with pytest.raises(build.DriftError, match=message):
             build.student(build.source(lab))
 
 
 def test_hidden_tests_and_hidden_cells_do_not_reach_the_student(tmp_path):
     lab = tmp_path / "09_hidden.py"
     lab.write_text(
-        '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n# %% tags=["hidden"]\nsecret = 2\n', "utf-8"
+        '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n# %% tags=["hidden"]\nsecret = 2\n',
+        "utf-8",
     )
     notebook = build.source(lab)
     assert "secret" in nbformat.writes(notebook)
-    assert "secret" not in nbformat.writes(build.student(notebook)) and "check(1)" in nbformat.writes(build.student(notebook))
+    assert "secret" not in nbformat.writes(build.student(notebook)) and "check(1)" in nbformat.writes(
+        build.student(notebook)
+    )
 
 
 def test_the_kit_holds_no_filter_and_no_jacobian():

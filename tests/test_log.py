@@ -174,7 +174,9 @@ def test_the_range_bearing_solution_is_filterpys_ekf():
         return d
 
     def slope(x, y, step=1e-6):
-        return np.stack([residual(expected(x + s, y), expected(x - s, y)) for s in step * np.eye(2)], axis=1) / (2 * step)
+        return np.stack([residual(expected(x + s, y), expected(x - s, y)) for s in step * np.eye(2)], axis=1) / (
+            2 * step
+        )
 
     for u, y in zip(log.controls, log.measurements()):
         mine.predict(u)
@@ -182,7 +184,9 @@ def test_the_range_bearing_solution_is_filterpys_ekf():
         other.x, other.P = other.x + log.dt * u, other.P + mine.Q
         if y:
             z = np.concatenate([lm.p for lm in y])
-            other.update(z, lambda x: slope(x, y), lambda x: expected(x, y), R=np.kron(np.eye(len(y)), mine.R), residual=residual)
+            other.update(
+                z, lambda x: slope(x, y), lambda x: expected(x, y), R=np.kron(np.eye(len(y)), mine.R), residual=residual
+            )
         np.testing.assert_allclose(mine.xk_k, other.x, atol=1e-6)
         np.testing.assert_allclose(mine.Pk_k, other.P, atol=1e-6)
 

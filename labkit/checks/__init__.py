@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from .compare import gap, identify, nearest
-from .feedback import Told, own_line
+from .feedback import LabError, own_line
 from .hints import evidence, fold, todo
 from .trace import run
 
@@ -27,7 +27,7 @@ NEWEST_IS_BROKEN = (
 )
 
 
-class CheckFailed(Told):
+class CheckError(LabError):
     """A check that did not pass: its text is the report, `summary` the sentence that matters most."""
 
     def __init__(self, name, summary, details=(), passed="", mistake=""):
@@ -42,10 +42,10 @@ class CheckFailed(Told):
 
 
 def check(name, subject):
-    """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckFailed."""
+    """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckError."""
     data = stored(str(name))
     if newest_is_broken(data["subject"]):
-        raise CheckFailed(name, NEWEST_IS_BROKEN)
+        raise CheckError(name, NEWEST_IS_BROKEN)
     passed, notes = judge(data, subject)
     print(success(name, passed))
     for s in notes:
@@ -59,19 +59,19 @@ def success(name, passed):
 
 
 def judge(data, subject):
-    """The scenarios that `subject` passed, and those whose advice it needs; raises CheckFailed."""
+    """The scenarios that `subject` passed, and those whose advice it needs; raises CheckError."""
     return decide(data, observe(data, subject))
 
 
 def observe(data, subject):
-    """{scenario id: Trace} of `subject`; needs only the inputs in `data`. Raises CheckFailed if there is none."""
+    """{scenario id: Trace} of `subject`; needs only the inputs in `data`. Raises CheckError if there is none."""
     name, problem = data["name"], unfit(data, subject)
     if problem:
-        raise CheckFailed(name, problem)
+        raise CheckError(name, problem)
     try:
         return steady_traces(data, subject)
     except KeyboardInterrupt as error:
-        raise CheckFailed(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
+        raise CheckError(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
 
 
 def decide(data, traces):
@@ -83,7 +83,7 @@ def decide(data, traces):
     if failed:
         passed = f"{len(must) - len(failed)} of {len(must)} checks passed."
         summary, lines, mistake = diagnosis(data, failed, traces, right)
-        raise CheckFailed(name, summary, lines, passed, mistake)
+        raise CheckError(name, summary, lines, passed, mistake)
     return must, [s for s in data["scenarios"] if right[s["id"]][0] > 1]
 
 
@@ -93,7 +93,7 @@ def stored(name):
     path = DATA / f"{name}.json"
     if not path.is_file():
         near = get_close_matches(name, [p.stem for p in DATA.glob("*.json")], 1)
-        raise CheckFailed(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
+        raise CheckError(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
     return json.loads(path.read_text(encoding="utf-8"))
 
 
@@ -145,7 +145,7 @@ def steady_traces(data, subject):
         trace = first[s["id"]]
         again = run(subject, data["kind"], s)
         if gap(again, (trace.steps, trace.stop and trace.stop.key)) > 1e-3:
-            raise CheckFailed(data["name"], _unsteady(data, before, _class_state(subject)))
+            raise CheckError(data["name"], _unsteady(data, before, _class_state(subject)))
     return first
 
 

@@ -10,7 +10,7 @@ _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 _LIBRARIES = {os.path.realpath(p) for p in sysconfig.get_paths().values()} - {os.path.realpath(sys.prefix)}
 
 
-class Told(Exception):
+class LabError(Exception):
     """An error whose text is written for the student: notebooks show it without a traceback."""
 
     @property
@@ -22,7 +22,7 @@ class Told(Exception):
         return str(self).splitlines()
 
 
-class FilterError(Told):
+class FilterError(LabError):
     """The student's filter raised, or returned something that is no estimate."""
 
 
@@ -84,15 +84,13 @@ def _is_library(filename):
     if is_cell(filename):
         return False
     path = os.path.realpath(filename)
-    return filename.startswith("<frozen") or any(
-        path.startswith(folder + os.sep) for folder in (_KIT, *_LIBRARIES)
-    )
+    return filename.startswith("<frozen") or any(path.startswith(folder + os.sep) for folder in (_KIT, *_LIBRARIES))
 
 
 def sentence(error):
     """What went wrong, in the words of someone who has seen it a hundred times."""
     text = (error.msg if isinstance(error, SyntaxError) else str(error)).strip().removesuffix(".")
-    if isinstance(error, Told):
+    if isinstance(error, LabError):
         return str(error)
     if isinstance(error, NotImplementedError):
         return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
@@ -107,48 +105,88 @@ def sentence(error):
 
 
 _KNOWN = [
-    (ValueError, "read-only|non-writeable",
-     "Your code changes an array that it was given (for example with `+=`). Others still use that "
-     "array: make a new one, as in `x = x + step`."),
-    (ValueError, "need at least one array",
-     "There was nothing to stack: when the robot sees no landmark, `y` is an empty list and "
-     "`update` has nothing to do."),
-    (ValueError, r"matmul|dot|core dimension|not aligned|operands could not be broadcast",
-     "Two sizes do not fit. With p landmarks in view and n numbers in the estimate: innovation (2p,), H (2p, n), "
-     "R (2p, 2p), S (2p, 2p), K (n, 2p). Print the `.shape` of both sides."),
-    (ValueError, "[Ss]ingular",
-     "A matrix without an inverse: is R added to H P H', and is R the covariance of *all* landmarks in view?"),
-    (ValueError, "is not in list",
-     "That landmark was looked for and not found; compare landmarks with `==` (by id), not by position."),
-    (ValueError, "truth value of an array",
-     "An `if`, `min`, `max` or `==` met a whole array; compare single numbers or landmarks, or use a function that "
-     "takes arrays, like `np.clip`."),
-    (IndexError, r"\b(m|map)\[|\.id\b",
-     "Something was looked up at a position that is not there. A landmark's id is its name, not its "
-     "place in the map: find it with `==` or `map.index(...)`."),
-    (IndexError, ".",
-     "Something was looked up at a position that is not there: positions count from 0 to the length minus 1."),
+    (
+        ValueError,
+        "read-only|non-writeable",
+        "Your code changes an array that it was given (for example with `+=`). Others still use that "
+        "array: make a new one, as in `x = x + step`.",
+    ),
+    (
+        ValueError,
+        "need at least one array",
+        "There was nothing to stack: when the robot sees no landmark, `y` is an empty list and "
+        "`update` has nothing to do.",
+    ),
+    (
+        ValueError,
+        r"matmul|dot|core dimension|not aligned|operands could not be broadcast",
+        "Two sizes do not fit. With p landmarks in view and n numbers in the estimate: innovation (2p,), H (2p, n), "
+        "R (2p, 2p), S (2p, 2p), K (n, 2p). Print the `.shape` of both sides.",
+    ),
+    (
+        ValueError,
+        "[Ss]ingular",
+        "A matrix without an inverse: is R added to H P H', and is R the covariance of *all* landmarks in view?",
+    ),
+    (
+        ValueError,
+        "is not in list",
+        "That landmark was looked for and not found; compare landmarks with `==` (by id), not by position.",
+    ),
+    (
+        ValueError,
+        "truth value of an array",
+        "An `if`, `min`, `max` or `==` met a whole array; compare single numbers or landmarks, or use a function that "
+        "takes arrays, like `np.clip`.",
+    ),
+    (
+        IndexError,
+        r"\b(m|map)\[|\.id\b",
+        "Something was looked up at a position that is not there. A landmark's id is its name, not its "
+        "place in the map: find it with `==` or `map.index(...)`.",
+    ),
+    (
+        IndexError,
+        ".",
+        "Something was looked up at a position that is not there: positions count from 0 to the length minus 1.",
+    ),
     (KeyError, "", "A dictionary was asked for a key that it does not have."),
-    ((AttributeError, TypeError), "NoneType",
-     "A variable is None: a function without `return`, or a search that found nothing."),
+    (
+        (AttributeError, TypeError),
+        "NoneType",
+        "A variable is None: a function without `return`, or a search that found nothing.",
+    ),
     ((AttributeError, TypeError), "type (object )?'map'", "`map` is a Python built-in; yours is `self.map`."),
-    (AttributeError, "Landmark",
-     "A Landmark has two fields: `.p`, an array of two numbers, and `.id`."),
-    (AttributeError, "has no attribute",
-     "There is no such field or method: a typing slip, or a field that `__init__` does not set."),
+    (AttributeError, "Landmark", "A Landmark has two fields: `.p`, an array of two numbers, and `.id`."),
+    (
+        AttributeError,
+        "has no attribute",
+        "There is no such field or method: a typing slip, or a field that `__init__` does not set.",
+    ),
     (UnboundLocalError, ".", "That name gets its value only in a branch that did not run."),
-    (NameError, "'(stack|repeat_R)'",
-     "That function was written in lab 1's notebook: run its cell there; in another notebook, copy it here."),
+    (
+        NameError,
+        "'(stack|repeat_R)'",
+        "That function was written in lab 1's notebook: run its cell there; in another notebook, copy it here.",
+    ),
     (NameError, ".", "That name is not known here: a typing slip, a missing `self.`, or a cell not run yet."),
-    (TypeError, "unexpected keyword argument",
-     "The call and the definition disagree: a filter is made with KF(x0, P0, Q, R, m, dt=...)."),
-    (TypeError, "positional argument",
-     "The call and the definition disagree: methods take `self` first, then exactly what the signature says."),
-    (TypeError, "Landmark",
-     "A Landmark was used as if it were an array: its two numbers are in `.p`."),
+    (
+        TypeError,
+        "unexpected keyword argument",
+        "The call and the definition disagree: a filter is made with KF(x0, P0, Q, R, m, dt=...).",
+    ),
+    (
+        TypeError,
+        "positional argument",
+        "The call and the definition disagree: methods take `self` first, then exactly what the signature says.",
+    ),
+    (TypeError, "Landmark", "A Landmark was used as if it were an array: its two numbers are in `.p`."),
     (SystemExit, "", "The code ends Python itself (`exit()` or `quit()`): leave that out."),
     (RecursionError, ".", "A function calls itself without an end."),
     (ZeroDivisionError, ".", "A division by zero: is a list empty there, or a distance zero?"),
-    (SyntaxError, ".",
-     "Python cannot read this line: look for a missing bracket, colon or indent, there or just above."),
-]  # fmt: skip
+    (
+        SyntaxError,
+        ".",
+        "Python cannot read this line: look for a missing bracket, colon or indent, there or just above.",
+    ),
+]

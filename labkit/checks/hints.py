@@ -22,9 +22,7 @@ def evidence(scenario, trace, expected, known=""):
     """
     steps = [values(step) for step in expected[0]]
     wrong = next((i for i, (c, r) in enumerate(zip(trace.steps, steps)) if max(map(gap_of, c, r)) > 1), None)
-    summary, lines = (
-        _stopped(scenario, trace.stop, steps) if wrong is None else _off(scenario, trace, steps, wrong)
-    )
+    summary, lines = _stopped(scenario, trace.stop, steps) if wrong is None else _off(scenario, trace, steps, wrong)
     printed = [line[:WIDTH] for line in trace.printed.strip().splitlines()[-3:]]
     return known or summary, lines + _column("printed", printed)
 
@@ -97,7 +95,9 @@ def call_text(scenario, call):
         args, given = scenario["make"]
         options = ", ".join(f"{k}={v}" for k, v in given.items())
         if call == 0:
-            names = {3: ["x0", "P0", "noise"], 4: ["x0", "P0", "m", "noise"]}.get(len(args), ["x0", "P0", "Q", "R", "m"])
+            names = {3: ["x0", "P0", "noise"], 4: ["x0", "P0", "m", "noise"]}.get(
+                len(args), ["x0", "P0", "Q", "R", "m"]
+            )
             return f"__init__({', '.join([*names, options] if options else names)})"
         name, *args = scenario["calls"][call - 1]
         return f"{name}({', '.join(map(input_text, args))})" + (f" with {options}" if options else "")
@@ -139,7 +139,10 @@ def input_text(stored):
     if kind == "landmark":
         return f"Landmark({number_text(np.array(content[1:]))}, id={content[0]!r})"
     if kind == "sights":
-        shown = [f"Sighting({number_text(np.array(p))}, id={name!r}, complete={complete})" for name, *p, complete in content[:2]]
+        shown = [
+            f"Sighting({number_text(np.array(p))}, id={name!r}, complete={complete})"
+            for name, *p, complete in content[:2]
+        ]
         return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
     shown = [input_text({"landmark": lm}) for lm in content[:2]]
     return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"

@@ -8,8 +8,8 @@ from io import StringIO
 
 import numpy as np
 
-from .feedback import own_line, sentence
 from ..world import Landmark, Map
+from .feedback import own_line, sentence
 
 
 @dataclass
@@ -39,7 +39,7 @@ class Stop:
 ODD = ("none", "type", "count", "missing", "changed")
 
 
-class Odd(Exception):
+class OddResultError(Exception):
     """What came back cannot be compared with anything: one of the kinds in ODD; the text says why."""
 
     def __init__(self, kind, text):
@@ -70,7 +70,7 @@ def run(subject, kind, scenario):
                 if call in scenario.get("at", [call]):
                     trace.steps.append(values)
                 call += 1
-        except Odd as error:
+        except OddResultError as error:
             trace.stop = Stop([call, error.kind, [], ""], str(error))
         except (Exception, SystemExit) as error:
             trace.stop = Stop.of(call, error)
@@ -93,7 +93,7 @@ def _filter_steps(KF, scenario):
 def _fields(kf, names):
     for name in names:
         if not hasattr(kf, name):
-            raise Odd("missing", f"The filter has no field `{name}`: set `self.{name} = ...` in `__init__`.")
+            raise OddResultError("missing", f"The filter has no field `{name}`: set `self.{name} = ...` in `__init__`.")
     return [as_value(getattr(kf, name), f"`{name}`") for name in names]
 
 
@@ -105,9 +105,9 @@ def _function_steps(function, scenario):
         if len(names) > 1:
             wanted = f"{len(names)} values ({', '.join(names)})"
             if answer is None:
-                raise Odd("none", f"It returned None instead of {wanted}: is the `return` missing?")
+                raise OddResultError("none", f"It returned None instead of {wanted}: is the `return` missing?")
             if not isinstance(answer, tuple | list) and np.ndim(answer) < 2 or len(answer) != len(names):
-                raise Odd("count", f"It should return {wanted}, as in `return {', '.join(names)}`.")
+                raise OddResultError("count", f"It should return {wanted}, as in `return {', '.join(names)}`.")
         else:
             answer = [answer]
         yield [as_value(v, f"`{n}`" if len(names) > 1 else "The result") for v, n in zip(answer, names)]
@@ -116,17 +116,15 @@ def _function_steps(function, scenario):
 def as_value(raw, name):
     """A copy of `raw` as a text or a float array; not-a-number and infinity both count as NaN."""
     if raw is None:
-        hint = (
-            "is the `return` missing?" if name == "The result" else "something without a result was assigned."
-        )
-        raise Odd("none", f"{name} is None: {hint}")
+        hint = "is the `return` missing?" if name == "The result" else "something without a result was assigned."
+        raise OddResultError("none", f"{name} is None: {hint}")
     if isinstance(raw, str):
         return str(raw)
     try:
         array = np.array(raw, dtype=float)
     except (TypeError, ValueError):
         kind = type(raw).__name__
-        raise Odd("type", f"{name} should be made of numbers, but it is a {kind}: {str(raw)[:60]}") from None
+        raise OddResultError("type", f"{name} should be made of numbers, but it is a {kind}: {str(raw)[:60]}") from None
     array[~np.isfinite(array)] = np.nan
     return array
 
@@ -208,12 +206,10 @@ def _call(who, function, args, marks, **options):
 
 def _unchanged(who, args, marks):
     for arg, mark in zip(args, marks):
-        if isinstance(arg, list) and not (
-            len(arg) == len(mark) and all(a is m[0] for a, m in zip(arg, mark))
-        ):
+        if isinstance(arg, list) and not (len(arg) == len(mark) and all(a is m[0] for a, m in zip(arg, mark))):
             what = f"changes the {'map' if isinstance(arg, Map) else 'list of landmarks'} that it was given"
         elif not all(lm.p is p and lm.id == name for lm, p, name in mark):
             what = "puts other values into a Landmark that it was given"
         else:
             continue
-        raise Odd("changed", f"{who} {what}. Others still use it: make a new list or array instead.")
+        raise OddResultError("changed", f"{who} {what}. Others still use it: make a new list or array instead.")

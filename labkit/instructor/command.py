@@ -8,15 +8,15 @@ import threading
 from itertools import groupby
 from pathlib import Path
 
-from .exam import pool as run
-from .report import tables
-from .intake.collect import open_submissions, tidy
 from .console import Progress
-from .report.gradebook import Gradebook
+from .exam import pool as run
 from .exam.paper import read as read_paper
-from .records import Problem, Refused
-from .sandbox.choose import choose
+from .intake.collect import open_submissions, tidy
 from .intake.submission import assemble
+from .records import CommandError, HandInError
+from .report import tables
+from .report.gradebook import Gradebook
+from .sandbox.choose import choose
 
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
 
@@ -25,7 +25,7 @@ def main(args):
     """Run the command with parsed arguments; returns the exit status."""
     try:
         return grade(args)
-    except Problem as problem:
+    except CommandError as problem:
         print(f"labkit grade: {problem}", file=sys.stderr)
         return CANNOT
     except KeyboardInterrupt:
@@ -34,13 +34,13 @@ def main(args):
 
 
 def grade(args):
-    """Collect, grade what is not graded yet, and write everything out. Raises Problem."""
+    """Collect, grade what is not graded yet, and write everything out. Raises CommandError."""
     paper = read_paper(args.lab)
     out = Path(args.out)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise Problem(f"{out} cannot be made: {error.strerror or error}.") from None
+        raise CommandError(f"{out} cannot be made: {error.strerror or error}.") from None
     with contextlib.ExitStack() as stack:
         stack.enter_context(_alone(out))
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
@@ -77,14 +77,12 @@ def _alone(out):
         except ImportError:
             pass
         except OSError:
-            raise Problem(
-                f"Another labkit grade is using {out}: wait for it, or choose another --out."
-            ) from None
+            raise CommandError(f"Another labkit grade is using {out}: wait for it, or choose another --out.") from None
         yield
 
 
 def take_hand_marks(book, path):
-    """Take the points that a person filled in in grades.csv into the gradebook. Raises Problem for bad ones."""
+    """Take the points that a person filled in in grades.csv into the gradebook. Raises CommandError for bad ones."""
     snapshots = book.written()
     if not path.exists() or not snapshots:
         return
@@ -93,7 +91,7 @@ def take_hand_marks(book, path):
         told = []
         try:
             marks = tables.read_hand_marks(path, written, told)
-        except Problem as error:
+        except CommandError as error:
             problem = problem or error
             continue
         if found is None or len(marks) < len(found):
@@ -126,8 +124,7 @@ def register(book, paper, submissions, args):
     regrade = [] if unfinished else args.regrade
     if unfinished:
         notes.append(
-            "Going on where the last run was stopped"
-            + ("; --regrade is not begun anew." if args.regrade else ".")
+            "Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else ".")
         )
     book.retry(paper.lab)
     for (student, identifier), group in groupby(entries, key=lambda e: (e.student, e.identifier)):
@@ -139,7 +136,7 @@ def register(book, paper, submissions, args):
             try:
                 cells, digest = submissions.read(entry)
                 cells, odd = tidy(cells, kinds)
-            except Refused as error:
+            except HandInError as error:
                 why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
                 continue
             told = [*entry.notes, *odd, *told]
@@ -161,7 +158,7 @@ def register(book, paper, submissions, args):
         if chosen is None:
             refuse(book, paper, attempts[-1], why or "It could not be read.")
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
-        raise Problem(f"No submission holds {paper.lab}, but other labs: is --lab right?")
+        raise CommandError(f"No submission holds {paper.lab}, but other labs: is --lab right?")
     for unfit in unfits:
         refuse(book, paper, unfit, unfit.reason)
     if older:
@@ -190,9 +187,7 @@ def pick(attempts, args):
     order = counting if args.attempts == "first" else counting[::-1]
     told = []
     if len(attempts) > 1:
-        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[
-            args.attempts
-        ]
+        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[args.attempts]
         told = [f"{len(attempts)} attempts: {rule}."]
     return [(entry, told + ["Handed in late."] * is_late(entry, args.due)) for entry in order], ""
 
@@ -218,8 +213,15 @@ def work(book, paper, sandbox, jobs, here, args):
     progress = Progress(len(jobs))
     for kind, id, item in news:
         if kind == "mark":
-            book.mark(id, item["check"], item["points"], item["status"], item.get("reason", ""),
-                      item.get("lines", ()), item.get("mistake", ""))  # fmt: skip
+            book.mark(
+                id,
+                item["check"],
+                item["points"],
+                item["status"],
+                item.get("reason", ""),
+                item.get("lines", ()),
+                item.get("mistake", ""),
+            )
             continue
         if kind == "lost":
             for mark in run.lost(paper, item):

@@ -8,9 +8,7 @@ def add(commands):
     """Add `grade`, `release` and `sandbox` to the subcommands of `labkit`."""
     status = "Exit status: 0 all graded, 1 some submissions could not be graded, 2 the command could not run."
     one = commands.add_parser("grade", help="grade a class's submissions (instructors)", epilog=status)
-    one.add_argument(
-        "submissions", metavar="SUBMISSIONS", help="a folder or zip: Moodle's, Canvas's, or your own"
-    )
+    one.add_argument("submissions", metavar="SUBMISSIONS", help="a folder or zip: Moodle's, Canvas's, or your own")
     one.add_argument("--lab", required=True, metavar="NAME", help="such as 01_cartesian_ekf")
     one.add_argument("--out", required=True, metavar="DIR", help="where gradebook, tables and pages go")
     lms = one.add_argument_group("files of the LMS, filled in")
@@ -19,43 +17,41 @@ def add(commands):
     lms.add_argument("--grade-column", metavar="NAME", help="of the worksheet, if it is not recognised")
     lms.add_argument("--feedback-column", metavar="NAME", help="the same for the comments")
     lms.add_argument("--column", metavar="TITLE", help="the assignment's column in Canvas's gradebook")
-    lms.add_argument(
-        "--partial", action="store_true", help="also fill in students whose written answers are unread"
-    )
+    lms.add_argument("--partial", action="store_true", help="also fill in students whose written answers are unread")
     rules = one.add_argument_group("rules")
-    rules.add_argument("--attempts", choices=["newest", "first", "best"], default="newest",
-                       help="which of several hand-ins counts (default: newest)")  # fmt: skip
     rules.add_argument(
-        "--due", type=_time, metavar="WHEN", help="such as 2026-11-20T23:59, local time; later is late"
+        "--attempts",
+        choices=["newest", "first", "best"],
+        default="newest",
+        help="which of several hand-ins counts (default: newest)",
     )
-    rules.add_argument("--late", choices=["count", "ignore"], default="count",
-                       help="late hand-ins count and are reported, or do not count (default: count)")  # fmt: skip
+    rules.add_argument("--due", type=_time, metavar="WHEN", help="such as 2026-11-20T23:59, local time; later is late")
+    rules.add_argument(
+        "--late",
+        choices=["count", "ignore"],
+        default="count",
+        help="late hand-ins count and are reported, or do not count (default: count)",
+    )
     rules.add_argument("--regrade", nargs="+", metavar="STUDENT", help="grade these students anew, or: all")
     rules.add_argument(
-        "--seed",
-        type=int,
-        metavar="N",
-        help="what students' inputs are drawn from (default: random, recorded)",
+        "--seed", type=int, metavar="N", help="what students' inputs are drawn from (default: random, recorded)"
     )
     machine = one.add_argument_group("machine")
     machine.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one for each core)")
+    machine.add_argument("--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, such as tcp://host:8786")
     machine.add_argument(
-        "--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, such as tcp://host:8786"
-    )
-    machine.add_argument(
-        "--call",
-        type=float,
-        default=10.0,
-        metavar="SECONDS",
-        help="for each call of students' code (default 10)",
+        "--call", type=float, default=10.0, metavar="SECONDS", help="for each call of students' code (default 10)"
     )
     machine.add_argument(
         "--total", type=float, default=60.0, metavar="SECONDS", help="for each submission (default 60)"
     )
     machine.add_argument("--level", type=int, choices=range(5), help="use no higher sandbox level than this")
     machine.add_argument("--weak-sandbox", action="store_true", help="go on at level 1")
-    machine.add_argument("--trust-students", action="store_true",
-                         help="go on without a sandbox: students' code can then do whatever you can")  # fmt: skip
+    machine.add_argument(
+        "--trust-students",
+        action="store_true",
+        help="go on without a sandbox: students' code can then do whatever you can",
+    )
     one.set_defaults(run=_grade)
 
     two = commands.add_parser("release", help="make what students get (instructors)")

@@ -7,11 +7,11 @@ PASSED, FAILED, NOT_RUN, ERROR = "passed", "failed", "not run", "error"
 OPEN, BY_HAND = "open", "by hand"
 
 
-class Problem(Exception):
+class CommandError(Exception):
     """The command cannot go on; the text says in a sentence what is wrong, where, and what to do."""
 
 
-class Refused(Exception):
+class HandInError(Exception):
     """A submission that cannot be graded; the text is a sentence that its student understands."""
 
 

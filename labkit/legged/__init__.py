@@ -21,9 +21,28 @@ from .triangulation import Triangulation
 _LAZY = {"explore": "widgets", "play": "widgets", "show_walk": "plots", "show_beliefs": "plots"}
 
 __all__ = [
-    "FIELD", "Field", "FieldLog", "FuzzyGrid", "HARSH", "Hybrid", "LeggedRobot", "Memory", "Noise", "PAPER",
-    "PRESETS", "ParticleFilter", "REAL", "Remembered", "Sighting", "Triangulation", "moved", "race", "ring", "table", *_LAZY,
-]  # fmt: skip
+    "FIELD",
+    "Field",
+    "FieldLog",
+    "FuzzyGrid",
+    "HARSH",
+    "Hybrid",
+    "LeggedRobot",
+    "Memory",
+    "Noise",
+    "PAPER",
+    "PRESETS",
+    "ParticleFilter",
+    "REAL",
+    "Remembered",
+    "Sighting",
+    "Triangulation",
+    "moved",
+    "race",
+    "ring",
+    "table",
+    *_LAZY,
+]
 
 
 def __getattr__(name):

@@ -39,10 +39,7 @@ class Field:
                 raise ValueError(f"{name} must be a positive number of metres, but it is {value!r}")
         if self.goal > self.width:
             raise ValueError(f"goal ({self.goal} m) cannot be wider than the field's width ({self.width} m)")
-        for name, end in (
-            ("beacon_x", self.length / 2 + self.margin),
-            ("beacon_y", self.width / 2 + self.margin),
-        ):
+        for name, end in (("beacon_x", self.length / 2 + self.margin), ("beacon_y", self.width / 2 + self.margin)):
             if getattr(self, name) > end:
                 raise ValueError(f"{name} ({getattr(self, name)} m) is beyond the carpet's end ({end:g} m)")
 

@@ -112,9 +112,7 @@ class FuzzyGrid:
         cos, sin = np.cos(self.theta), np.sin(self.theta)
         self.px = self.px + cos * walk[0] - sin * walk[1]
         self.py = self.py + sin * walk[0] + cos * walk[1]
-        column, row = (
-            np.rint((p - ax[0]) / self.cell).astype(int) for p, ax in ((self.px, self.x), (self.py, self.y))
-        )
+        column, row = (np.rint((p - ax[0]) / self.cell).astype(int) for p, ax in ((self.px, self.x), (self.py, self.y)))
         ny, nx = self.h.shape
         inside = (row >= 0) & (row < ny) & (column >= 0) & (column < nx)
         order = np.argsort(self.h[inside])  # where two meet, the more possible one is written last
@@ -145,8 +143,6 @@ class FuzzyGrid:
         if best is not None:
             share = best * (1 - min(box.prod() / self.field.area, 1.0))
             self.quality = STEADY * self.quality + (1 - STEADY) * share
-            doubt = max(
-                0.0, 0.6 - self.quality
-            )  # cells that hardly fit what is seen are a guess, however few
+            doubt = max(0.0, 0.6 - self.quality)  # cells that hardly fit what is seen are a guess, however few
             P[[0, 1], [0, 1]] += (doubt * self.field.half) ** 2
         self.xk_k, self.Pk_k = mean, P

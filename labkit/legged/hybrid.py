@@ -25,13 +25,7 @@ class Hybrid:
         if not (is_number(quality) and is_number(size)):
             raise ValueError(f"quality and size must be numbers, but they are {quality!r} and {size!r}")
         self.finder, self.follow, self.lost = finder, follow, lost
-        self.background, self.quality, self.size, self.frames, self.memory = (
-            background,
-            quality,
-            size,
-            frames,
-            memory,
-        )
+        self.background, self.quality, self.size, self.frames, self.memory = (background, quality, size, frames, memory)
         self.quick, self.good, self.d2 = None, 0, []
         self._step, self._odometry, self._images = 0, np.zeros(3), []
 

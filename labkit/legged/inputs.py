@@ -12,7 +12,7 @@ def is_number(value):
 
 
 def as_count(value, name, least=1):
-    """value as an int, if it is a whole number of at least `least`; raises ValueError that names the argument."""
+    """Value as an int, if it is a whole number of at least `least`; raises ValueError that names the argument."""
     if not is_number(value) or value != int(value) or value < least:
         raise ValueError(f"{name} must be a whole number, {least} or more, but it is {value!r}")
     return int(value)
@@ -32,7 +32,5 @@ def known(y, places):
             raise ValueError(f"y names a landmark that is not on the field: {sighting.id!r}")
         r, bearing = sighting.p
         if not (r > 0 and math.isfinite(r) and math.isfinite(bearing)):
-            raise ValueError(
-                f"y holds a sighting of {sighting.id} that is no range and bearing: {sighting.p!r}"
-            )
+            raise ValueError(f"y holds a sighting of {sighting.id} that is no range and bearing: {sighting.p!r}")
     return y

@@ -56,9 +56,7 @@ class Noise:
 
     def __repr__(self):
         used = {name: value for name, value in asdict(self).items() if value}
-        return (
-            f"Noise({', '.join(f'{k}={v:.3g}' if v is not True else f'{k}=True' for k, v in used.items())})"
-        )
+        return f"Noise({', '.join(f'{k}={v:.3g}' if v is not True else f'{k}=True' for k, v in used.items())})"
 
     def told(self):
         """What to tell a filter. A bias that nobody knows is noise to it, and must be told as such.
@@ -67,9 +65,15 @@ class Noise:
         """
         a, b = 2 * self.odometry_bias, self.range_bias
         return replace(
-            self, odometry=self.odometry + a, range_beacon=self.range_beacon + b, range_goal=self.range_goal + b,
-            odometry_bias=0.0, range_bias=0.0, occlusion=0.0, false_positives=0.0,
-        )  # fmt: skip
+            self,
+            odometry=self.odometry + a,
+            range_beacon=self.range_beacon + b,
+            range_goal=self.range_goal + b,
+            odometry_bias=0.0,
+            range_bias=0.0,
+            occlusion=0.0,
+            false_positives=0.0,
+        )
 
     def astray(self, u, heading):
         """(3, 3) covariance that odometry u (3,) adds to a pose whose heading has the variance `heading` [rad^2]."""

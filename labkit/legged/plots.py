@@ -33,8 +33,13 @@ def draw_field(ax, field=FIELD, title=""):
     colors = {"yellow": YELLOW, "blue": SKY, "pink": PINK}
     for landmark in field.map:
         if landmark.id in GOALS:
-            ax.plot([landmark.p[0]] * 2, [-field.goal / 2, field.goal / 2], color=colors[landmark.id.split()[0]], lw=6,
-                    solid_capstyle="butt")  # fmt: skip
+            ax.plot(
+                [landmark.p[0]] * 2,
+                [-field.goal / 2, field.goal / 2],
+                color=colors[landmark.id.split()[0]],
+                lw=6,
+                solid_capstyle="butt",
+            )
         elif landmark.id in BEACONS:
             upper, lower = landmark.id.split("-")
             ax.plot(*landmark.p, "o", ms=9, mfc=colors[upper], mec=colors[lower], mew=3)
@@ -107,9 +112,7 @@ class SurprisePanel:
     """d2 of each sighting over time, and the bound above which one counts as a surprise."""
 
     def __init__(self, ax, duration):
-        ax.set(
-            xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting"
-        )
+        ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting")
         ax.set_title("How surprising are the sightings?", fontsize=11)
         (self.dots,) = ax.plot([], [], ".", color=BLUE, ms=3, label="one sighting")
         (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
@@ -134,8 +137,17 @@ class BeliefPanel:
         draw_field(ax, field, title)
         half = field.half
         # The grid lies under the field's lines, or those would vanish where it knows nothing.
-        self.image = ax.imshow(np.zeros((2, 2)), extent=(-half[0], half[0], -half[1], half[1]), origin="lower",
-                               cmap="Greens", vmin=0, vmax=1, alpha=0.6, zorder=0.5, interpolation="nearest")  # fmt: skip
+        self.image = ax.imshow(
+            np.zeros((2, 2)),
+            extent=(-half[0], half[0], -half[1], half[1]),
+            origin="lower",
+            cmap="Greens",
+            vmin=0,
+            vmax=1,
+            alpha=0.6,
+            zorder=0.5,
+            interpolation="nearest",
+        )
         self.wedges = PolyCollection([], facecolors="k", alpha=0.6, lw=0)
         ax.add_collection(self.wedges)
         (self.dots,) = ax.plot([], [], ".", color=GREEN, ms=2.5, label="particles")
@@ -144,16 +156,7 @@ class BeliefPanel:
         (self.sight,) = ax.plot([], [], ":", color=BLUE, lw=0.9, label="field of view")
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.4, label="3σ ellipse")
         (self.mean,) = ax.plot([], [], "-", color=VERMILION, lw=2.2, label="estimate")
-        self.artists = [
-            self.image,
-            self.wedges,
-            self.dots,
-            self.trail,
-            self.sight,
-            self.robot,
-            self.ellipse,
-            self.mean,
-        ]
+        self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
         self.legend = [self.robot, self.trail, self.sight, self.mean, self.ellipse]
 
     def show(self, belief, log=None, k=0):
@@ -198,9 +201,7 @@ def _wedges(grid, most, size=0.24):
     best = best[(grid.h.flat[best] > 0.3) & (grid.s.flat[best] < 2.5)]
     theta, spread = grid.theta.flat[best], np.minimum(grid.s.flat[best], 1.2) / 2
     base = np.stack([grid.px.flat[best], grid.py.flat[best]], axis=-1)
-    sides = [
-        base + size * np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (theta - spread, theta + spread)
-    ]
+    sides = [base + size * np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (theta - spread, theta + spread)]
     return np.stack([base, *sides], axis=1)
 
 
@@ -218,8 +219,7 @@ def _view(pose, pan, reach=1.2):
     edges = pose[2] + pan + np.array([-FOV / 2, FOV / 2])
     return (
         pose[:2]
-        + np.array([[np.cos(edges[0]), np.sin(edges[0])], [0, 0], [np.cos(edges[1]), np.sin(edges[1])]])
-        * reach
+        + np.array([[np.cos(edges[0]), np.sin(edges[0])], [0, 0], [np.cos(edges[1]), np.sin(edges[1])]]) * reach
     )
 
 
@@ -232,12 +232,7 @@ def plot_experiment(axes, log, history, bounds=(0.07, np.deg2rad(60))):
     ]:
         ax.plot(log.times, values, "-", color=BLUE, lw=1.1)
         ax.axhline(bound, color=ORANGE, ls="--", lw=1.3)
-        ax.set(
-            xlim=(0, log.times[-1]),
-            ylim=(0, 1.15 * max(bound, values.max())),
-            xlabel="time [s]",
-            ylabel=label,
-        )
+        ax.set(xlim=(0, log.times[-1]), ylim=(0, 1.15 * max(bound, values.max())), xlabel="time [s]", ylabel=label)
 
 
 def plot_race(axes, results):
@@ -259,9 +254,7 @@ def plot_race(axes, results):
             share = np.arange(1, len(steps) + 1) / len(steps)
             soon = steps <= 60
             x, y = np.append(0, steps[soon]) / 10, np.append(0, share[soon])
-            axes[1].step(
-                np.append(x, 6), 100 * np.append(y, y[-1]), where="post", ls=style, color=color, lw=1.3
-            )
+            axes[1].step(np.append(x, 6), 100 * np.append(y, y[-1]), where="post", ls=style, color=color, lw=1.3)
         spot = 1e3 * r.seconds, 100 * r.tracking.mean()
         axes[2].plot(*spot, "o", color=color, ms=8)
         spots.append((spot, r.name))
@@ -269,12 +262,16 @@ def plot_race(axes, results):
     if kidnapped is not None:
         axes[0].axvline(0.1 * kidnapped, color=GREY, ls="-.", lw=1)
     axes[0].set(yscale="log", xlabel="time [s]", ylabel="median position error [m]")
-    axes[1].set(
-        xlim=(0, 6), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]"
-    )
+    axes[1].set(xlim=(0, 6), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]")
     low, high = np.min([spot for spot, _ in spots], axis=0), np.max([spot for spot, _ in spots], axis=0)
-    axes[2].set(xscale="log", yscale="log", xlabel="computing time per step [ms]", ylabel="mean tracking error [cm]",
-                xlim=(low[0] / 1.6, high[0] * 2), ylim=(min(low[1] / 1.3, 3), max(high[1] * 1.3, 30)))  # fmt: skip
+    axes[2].set(
+        xscale="log",
+        yscale="log",
+        xlabel="computing time per step [ms]",
+        ylabel="mean tracking error [cm]",
+        xlim=(low[0] / 1.6, high[0] * 2),
+        ylim=(min(low[1] / 1.3, 3), max(high[1] * 1.3, 30)),
+    )
     for axis in (axes[2].xaxis, axes[2].yaxis):
         axis.set_major_locator(FixedLocator([d * 10.0**e for e in range(-3, 4) for d in (1, 3)]))
         axis.set_major_formatter("{x:g}")
@@ -283,8 +280,16 @@ def plot_race(axes, results):
     height, step = -np.inf, np.log10(np.divide(*axes[2].get_ylim()[::-1])) / 22
     for (x, y), name in sorted(spots, key=lambda one: one[0][1]):
         height = max(np.log10(y), height + step)
-        axes[2].annotate(name, (x, y), (high[0] * 2.15, 10**height), fontsize=7.5, ha="left", va="center", annotation_clip=False,
-                         arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3})  # fmt: skip
+        axes[2].annotate(
+            name,
+            (x, y),
+            (high[0] * 2.15, 10**height),
+            fontsize=7.5,
+            ha="left",
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3},
+        )
     axes[0].figure.legend(loc="outside lower center", ncols=min(4, len(results)), fontsize=9, frameon=False)
 
 
@@ -297,8 +302,16 @@ def show_walk(log, history=None, title=""):
         draw_field(ax, log.field, title)
         for landmark in log.map:
             x, y = landmark.p
-            ax.annotate(landmark.id, (x, y), (-10 * np.sign(x), 0) if y == 0 else (0, -14 * np.sign(y)), textcoords="offset points",
-                        ha="center" if y else "left" if x < 0 else "right", va="center", fontsize=8, color="0.35")  # fmt: skip
+            ax.annotate(
+                landmark.id,
+                (x, y),
+                (-10 * np.sign(x), 0) if y == 0 else (0, -14 * np.sign(y)),
+                textcoords="offset points",
+                ha="center" if y else "left" if x < 0 else "right",
+                va="center",
+                fontsize=8,
+                color="0.35",
+            )
         ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start")
         ax.plot(*_broken(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
         for k in range(0, len(log) + 1, 20):

@@ -62,9 +62,7 @@ def race(contestants, logs, progress=iter):
     """
     logs = list(logs)
     if not logs or not contestants:
-        raise ValueError(
-            f"a race needs at least one of each, but {'logs' if not logs else 'contestants'} is empty"
-        )
+        raise ValueError(f"a race needs at least one of each, but {'logs' if not logs else 'contestants'} is empty")
     lengths, kidnapped = {len(log) for log in logs}, {log.kidnapped for log in logs}
     if len(lengths) != 1 or len(kidnapped) != 1:
         raise ValueError("a race needs logs of one length, with a kidnapping at the same step or without one")

@@ -101,9 +101,7 @@ class Memory:
             return x0, as_covariance(P0, "P0", 3)
         except (TypeError, ValueError) as error:
             what = f"it returned {found!r:.200}"
-            raise FilterError(
-                f"`restart` should return (x0 (3,), P0 (3, 3)) or None, but {what}: {error}."
-            ) from error
+            raise FilterError(f"`restart` should return (x0 (3,), P0 (3, 3)) or None, but {what}: {error}.") from error
 
     @property
     def quality(self):

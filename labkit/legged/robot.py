@@ -55,9 +55,7 @@ class FieldLog(Log):
         if self.complete is None or len(self.complete) != len(self.seen):
             raise ValueError("complete must say of each of the sightings whether it was wholly in view")
         if self.pan is not None and len(self.pan) != len(self):
-            raise ValueError(
-                f"pan must have an angle for each of the {len(self)} steps, but it has {len(self.pan)}"
-            )
+            raise ValueError(f"pan must have an angle for each of the {len(self)} steps, but it has {len(self.pan)}")
         for value in (self.complete, self.pan):
             if value is not None:
                 value.setflags(write=False)
@@ -66,9 +64,7 @@ class FieldLog(Log):
             raise ValueError(f"seen_id names a landmark that is not in the map: {min(strange)!r}")
 
     def seen_by(self, *args, **options):
-        raise ValueError(
-            "a walk on the field cannot be seen by another sensor: record one of a robot with other noise"
-        )
+        raise ValueError("a walk on the field cannot be seen by another sensor: record one of a robot with other noise")
 
     def measurements(self):
         """N lists of Sighting, fresh at each call."""
@@ -105,8 +101,7 @@ class LeggedRobot:
         away, or to the pose `to` (3,).  Its odometry does not notice.
         """
         kidnap = np.array(
-            [as_count(k, "kidnap", 0) for k in np.atleast_1d(np.asarray(kidnap, dtype=float)).tolist()],
-            dtype=int,
+            [as_count(k, "kidnap", 0) for k in np.atleast_1d(np.asarray(kidnap, dtype=float)).tolist()], dtype=int
         )
         steps = as_count(steps, "steps")
         if len(kidnap) and not (0 <= kidnap.min() and kidnap.max() < steps):
@@ -116,10 +111,19 @@ class LeggedRobot:
         times = DT * np.arange(steps + 1)
         pan = PAN * _triangle(times[1:] / SWEEP)
         return FieldLog(
-            times, self._odometry(moves), **self._look(truth[1:], pan), map=self.field.map, sensor="rb",
-            frame="robot", truth=truth, name="a walk on the field", pan=pan, noise=self.noise,
-            field=self.field, kidnapped=tuple(kidnap.tolist()),
-        )  # fmt: skip
+            times,
+            self._odometry(moves),
+            **self._look(truth[1:], pan),
+            map=self.field.map,
+            sensor="rb",
+            frame="robot",
+            truth=truth,
+            name="a walk on the field",
+            pan=pan,
+            noise=self.noise,
+            field=self.field,
+            kidnapped=tuple(kidnap.tolist()),
+        )
 
     def _anywhere(self):
         x, y = self.rng.uniform(-1, 1, 2) * (self.field.half - self.field.margin)
@@ -150,9 +154,7 @@ class LeggedRobot:
         size = 2 * (self.field.half - self.field.margin)
         while True:
             other = self._anywhere()
-            if np.hypot(*(other - pose)[:2]) >= min(
-                1.5, np.hypot(*size) / 3
-            ):  # a small field has no place so far away
+            if np.hypot(*(other - pose)[:2]) >= min(1.5, np.hypot(*size) / 3):  # a small field has no place so far away
                 return other
 
     def _odometry(self, moves):

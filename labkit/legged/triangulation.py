@@ -33,9 +33,7 @@ class Triangulation:
             if age < OLD
         }
         self.xk_k = moved(self.xk_k, u)
-        self.Pk_k = (
-            self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2
-        )  # without a fit it knows less with every step
+        self.Pk_k = self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2  # without a fit it knows less with every step
 
     def update(self, y):
         for sighting in known(y, self.map):
@@ -51,9 +49,7 @@ class Triangulation:
         w = np.array([weight for _, _, weight in self.seen.values()])
         w = w / w.sum()
         a, b = p - w @ p, m - w @ m
-        theta = np.arctan2(
-            w @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), w @ (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
-        )
+        theta = np.arctan2(w @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), w @ (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]))
         c, s = np.cos(theta), np.sin(theta)
         turn = np.array([[c, -s], [s, c]])
         left = b - a @ turn.T

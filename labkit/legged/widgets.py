@@ -46,8 +46,12 @@ class Explorer:
         if preset not in PRESETS:
             raise ValueError(f"preset must be one of {', '.join(PRESETS)}, but it is {preset!r}")
         options = {"style": {"description_width": "150px"}, "layout": w.Layout(width="430px")}
-        self._preset = w.ToggleButtons(options=list(PRESETS), value=preset, description="noise of the robot",
-                                       style={"description_width": "150px", "button_width": "80px"})  # fmt: skip
+        self._preset = w.ToggleButtons(
+            options=list(PRESETS),
+            value=preset,
+            description="noise of the robot",
+            style={"description_width": "150px", "button_width": "80px"},
+        )
         self._sliders = {}
         for name in sliders:
             kind = w.FloatSlider if name == "share" else w.FloatLogSlider
@@ -59,17 +63,14 @@ class Explorer:
         another.on_click(self._next)
         self.note, self.screen = w.HTML(), Screen()
         self.canvas = Canvas(9.2, 3.7, columns=3, width_ratios=[1.35, 1, 1])
-        self.panels = [WalkPanel(self.canvas.axes[0]), DistancePanel(self.canvas.axes[1], STEPS / 10),
-                       SurprisePanel(self.canvas.axes[2], STEPS / 10)]  # fmt: skip
+        self.panels = [
+            WalkPanel(self.canvas.axes[0]),
+            DistancePanel(self.canvas.axes[1], STEPS / 10),
+            SurprisePanel(self.canvas.axes[2], STEPS / 10),
+        ]
         self.canvas.move(*self.panels)
         self.box = Kept(
-            [
-                self._preset,
-                *self._sliders.values(),
-                w.HBox([another, self.note]),
-                self.screen.image,
-                self.screen.text,
-            ]
+            [self._preset, *self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text]
         )
         self._record()
         self._preset.observe(lambda _: (self._record(), self._refresh()), "value")
@@ -107,10 +108,7 @@ class Explorer:
         KF = partial(self.EKF, **{"gate": told["gate"]} if "gate" in told else {})
         lost = partial(self.lost, **{k: v for k, v in told.items() if k != "gate"})
         hybrid = Hybrid(
-            FuzzyGrid(noise),
-            lambda x0, P0: make_filter(KF, log, x0=x0, P0=P0, noise=noise),
-            lost,
-            self.background,
+            FuzzyGrid(noise), lambda x0, P0: make_filter(KF, log, x0=x0, P0=P0, noise=noise), lost, self.background
         )
         watched = Watched(hybrid, log)
         return replay(watched, log), watched
@@ -148,15 +146,16 @@ def in_words(log, history, finding):
     """The figures of a walk with a kidnapping, in one line of text."""
     distance = metrics.distances(history, log)
     before = slice(60, log.kidnapped[0] + 1 if log.kidnapped else None)
-    text = f"before the kidnapping {100 * distance[before].mean():.1f} cm in the mean" if log.kidnapped else (
-        f"{100 * distance[before].mean():.1f} cm in the mean")  # fmt: skip
+    text = (
+        f"before the kidnapping {100 * distance[before].mean():.1f} cm in the mean"
+        if log.kidnapped
+        else (f"{100 * distance[before].mean():.1f} cm in the mean")
+    )
     if log.kidnapped:
         from .race import steps_until_found
 
         steps = steps_until_found(distance[log.kidnapped[0] + 1 :])
-        text += " · after it " + (
-            f"found again in {steps / 10:.1f} s" if np.isfinite(steps) else "never found again"
-        )
+        text += " · after it " + (f"found again in {steps / 10:.1f} s" if np.isfinite(steps) else "never found again")
     return f"{text} · grid at work in {100 * finding.mean():.0f} % of the steps"
 
 
@@ -172,16 +171,10 @@ def play(localizers, log, interval=100, most=150):
         screen.apologize(str(error))
         return Kept([screen.text], text=str(error))
     alone = len(localizers) == 1
-    canvas = Canvas(
-        4.8 if alone else 3.05 * len(localizers) + 0.2, 4.4 if alone else 3.0, columns=len(localizers)
-    )
+    canvas = Canvas(4.8 if alone else 3.05 * len(localizers) + 0.2, 4.4 if alone else 3.0, columns=len(localizers))
     panels = [BeliefPanel(ax, log.field, name) for ax, name in zip(canvas.axes, localizers)]
     canvas.figure.legend(
-        handles=panels[0].legend,
-        loc="outside lower center",
-        ncols=3 if alone else 5,
-        fontsize=8,
-        frameon=False,
+        handles=panels[0].legend, loc="outside lower center", ncols=3 if alone else 5, fontsize=8, frameon=False
     )
     for ax in canvas.axes[1:]:
         ax.set(ylabel="", yticklabels=[])
@@ -200,6 +193,10 @@ def play(localizers, log, interval=100, most=150):
     last = canvas.png()
 
     return player(
-        screen, len(steps), lambda i: screen.show(frames[i], texts[i]), lambda: last,
-        f"{len(log)} steps of {log.name}", interval,
-    )  # fmt: skip
+        screen,
+        len(steps),
+        lambda i: screen.show(frames[i], texts[i]),
+        lambda: last,
+        f"{len(log)} steps of {log.name}",
+        interval,
+    )

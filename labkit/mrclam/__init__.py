@@ -9,13 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from . import example as mrclam_example
-from . import install as datasets
 from ..geometry import wrap
 from ..log import Log
-from .files import FILES, PUBLISHED, ROBOTS, DataError
-from .files import first_stamp, overlap, read_table, set_number, some
 from ..world import Landmark, Map
+from . import example as mrclam_example
+from . import install as datasets
+from .files import FILES, PUBLISHED, ROBOTS, DataError, first_stamp, overlap, read_table, set_number, some
 
 GAP = 0.5  # [s] the truth is interpolated across shorter gaps, and unknown (NaN) in longer ones
 
@@ -75,10 +74,18 @@ def read(folder, robot, rate=10.0, start=None, duration=None, robots=False):
     landmarks = Map(Landmark(p, int(i)) for i, *p in places[:, :3])
     number = set_number(folder.resolve().name)
     return Log(
-        times, _mean_rates(times, odometry, notes), step[kept], subject[kept], seen[kept, 2:], landmarks,
-        sensor="rb", frame="robot", truth=pose, notes=tuple(notes),
+        times,
+        _mean_rates(times, odometry, notes),
+        step[kept],
+        subject[kept],
+        seen[kept, 2:],
+        landmarks,
+        sensor="rb",
+        frame="robot",
+        truth=pose,
+        notes=tuple(notes),
         name=f"MRCLAM set {number}, robot {robot}" if number else f"{folder.name}, robot {robot}",
-    )  # fmt: skip
+    )
 
 
 def with_compass(log, sigma=np.deg2rad(2), rng=None):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks.feedback import Told
+from ..checks.feedback import LabError
 
 PUBLISHED = (
     "The UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM) data sets are published at "
@@ -28,7 +28,7 @@ for _r in ROBOTS:
 BACK = 1.0  # [s] rows out of order by less than this are a logger's jitter and are sorted
 
 
-class DataError(Told):
+class DataError(LabError):
     """A data file or folder is not what it should be; the text says what, where and what to do."""
 
 

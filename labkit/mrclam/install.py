@@ -23,7 +23,7 @@ LARGEST, LARGEST_ZIP, ENTRIES = 2**26, 2**30, 2000  # bytes unpacked (all of set
 _BROKEN = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, NotImplementedError, RuntimeError)
 
 
-class Unreadable(DataError):
+class DataMissingError(DataError):
     """A path that leads to nothing that can be read as a data set."""
 
 
@@ -53,7 +53,7 @@ def main(paths):
             print("\n".join(take_in(path)))
         except DataError as error:
             print(error, file=sys.stderr)
-            code = max(code, 2 if isinstance(error, Unreadable) else 1)
+            code = max(code, 2 if isinstance(error, DataMissingError) else 1)
     if not paths:
         there = [find(f"MRCLAM_Dataset{i}") for i in range(1, 10)]
         print(f"The data folder is {folder()}.")
@@ -66,7 +66,7 @@ def take_in(path):
     """Copy the data sets in `path`, a folder or a zip file, into the data folder: a sentence for each.
 
     A set is copied beside its place, verified there and then renamed, so that a half-copied or a bad
-    one never counts as a data set; a verified one that is already there stays.  Raises Unreadable for
+    one never counts as a data set; a verified one that is already there stays.  Raises DataMissingError for
     a path that is no folder and no sound zip file, or has no data set in it, and DataError, after all
     sets were tried, when some failed.
     """
@@ -77,15 +77,17 @@ def take_in(path):
         with _opened(path) as archive:
             return _take_all(_in_zip(archive, path), path)
     except _BROKEN as error:
-        raise Unreadable(f"{path} is a damaged zip file ({error}): download it again") from None
+        raise DataMissingError(f"{path} is a damaged zip file ({error}): download it again") from None
     except OSError as error:
-        raise Unreadable(f"{error.filename or path} cannot be read or written: {error.strerror or error}") from None
+        raise DataMissingError(
+            f"{error.filename or path} cannot be read or written: {error.strerror or error}"
+        ) from None
 
 
 def _take_all(sets, path):
     """Take in `sets`, a list of (folder name, {file name: function that opens it}): a sentence for each."""
     if not sets:
-        raise Unreadable(
+        raise DataMissingError(
             f"{path} has no MRCLAM data set: no files like Robot1_Odometry.dat were found in it. {PUBLISHED}"
         )
     said, failed = [], []
@@ -147,9 +149,9 @@ def _in_folder(path):
 def _opened(path):
     """`path` as an open ZipFile."""
     if not path.exists():
-        raise Unreadable(f"There is nothing at {path}. {PUBLISHED}")
+        raise DataMissingError(f"There is nothing at {path}. {PUBLISHED}")
     if not zipfile.is_zipfile(path):
-        raise Unreadable(f"{path} is neither a folder nor a zip file. {PUBLISHED}")
+        raise DataMissingError(f"{path} is neither a folder nor a zip file. {PUBLISHED}")
     return zipfile.ZipFile(path)
 
 
@@ -182,5 +184,5 @@ def _in_zip(archive, path):
             files[place.name] = partial(archive.open, entry)
         seen.add(place)
         if problem:
-            raise Unreadable(f"{path} was not unpacked: {problem}. Get the original file. {PUBLISHED}")
+            raise DataMissingError(f"{path} was not unpacked: {problem}. Get the original file. {PUBLISHED}")
     return [(parent.name, files) for parent, files in sets.items()]

@@ -8,13 +8,13 @@ from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 
-from ..checks.feedback import Told
+from ..checks.feedback import LabError
 from .read import read
 
 SECONDS = 10  # for the check of a loaded answer
 
 
-class AnswerMissing(Told):
+class EarlierLabError(LabError):
     """The answer of an earlier lab that this one builds on is not there yet."""
 
 
@@ -31,7 +31,7 @@ def load_answer(lab, name, folder=None):
     again = "save it (Ctrl+S), and run this cell again"
     if not path.exists():
         where = f"{path.name} is not in the folder {path.resolve().parent}"
-        raise AnswerMissing(f"{first}: {where}. Put it there, {again}.")
+        raise EarlierLabError(f"{first}: {where}. Put it there, {again}.")
     shown = _figures()
     cells = read(path)
     with redirect_stdout(StringIO()):
@@ -41,7 +41,7 @@ def load_answer(lab, name, folder=None):
         sys.modules["matplotlib.pyplot"].close(number)
     if name not in session.names:
         reasons = [line for event in problems for line in event.lines]
-        raise AnswerMissing("\n".join([f"{first} ({path.name}), {again}.", *reasons]))
+        raise EarlierLabError("\n".join([f"{first} ({path.name}), {again}.", *reasons]))
     problem = _unfinished(cells, name, session.names[name])
     if problem:
         end = "" if problem.endswith((".", "?")) else "."
@@ -52,7 +52,7 @@ def load_answer(lab, name, folder=None):
 
 def _unfinished(cells, name, answer):
     """What the check of an answer says that does not pass, in a sentence; '' if it does or has no check."""
-    from ..checks import CheckFailed, judge, stored
+    from ..checks import CheckError, judge, stored
 
     call = re.compile(rf"""^check\(\s*["']([\w-]+)["'],\s*{name}\s*\)""", re.MULTILINE)
     found = [match[1] for cell in cells if cell.role == "check" for match in call.finditer(cell.source)]
@@ -62,7 +62,7 @@ def _unfinished(cells, name, answer):
         timer.start()
         for check in found:
             judge(stored(check), answer)
-    except CheckFailed as error:
+    except CheckError as error:
         return error.summary
     finally:
         timer.cancel()

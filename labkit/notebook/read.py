@@ -5,13 +5,13 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..checks.feedback import Told
+from ..checks.feedback import LabError
 
 MAX_BYTES = 50_000_000
 ROLES = ("setup", "answer", "check", "show", "text")
 
 
-class Unreadable(Told):
+class NotebookError(LabError):
     """A file that is no notebook; the text says why, in one line."""
 
 
@@ -34,57 +34,53 @@ class Cell:
 
 
 def read(path):
-    """The list of Cell of the notebook at `path`; raises Unreadable."""
+    """The list of Cell of the notebook at `path`; raises NotebookError."""
     path = Path(path)
     try:
         if path.is_dir():
-            raise Unreadable(f"{path} is a folder, not a notebook.")
+            raise NotebookError(f"{path} is a folder, not a notebook.")
         if path.stat().st_size > MAX_BYTES:
-            raise Unreadable(
-                f"{path} has more than {MAX_BYTES // 10**6} MB: clear its outputs and save it again."
-            )
+            raise NotebookError(f"{path} has more than {MAX_BYTES // 10**6} MB: clear its outputs and save it again.")
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise Unreadable(f"{path} does not exist.") from None
+        raise NotebookError(f"{path} does not exist.") from None
     except OSError as error:
-        raise Unreadable(f"{path} cannot be opened: {error.strerror or error}.") from None
+        raise NotebookError(f"{path} cannot be opened: {error.strerror or error}.") from None
     return cells_of(parse(raw, path), path)
 
 
 def parse(raw, path="The file", pairs=None):
-    """What the bytes of a notebook file hold; raises Unreadable. `pairs`: see `object_pairs_hook` of json."""
+    """What the bytes of a notebook file hold; raises NotebookError. `pairs`: see `object_pairs_hook` of json."""
     if not raw.strip():
-        raise Unreadable(f"{path} is empty.")
+        raise NotebookError(f"{path} is empty.")
     if raw.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
-        raise Unreadable(f"{path} starts with a byte order mark: save it again as UTF-8 without BOM.")
+        raise NotebookError(f"{path} starts with a byte order mark: save it again as UTF-8 without BOM.")
     try:
         text = raw.decode("utf-8").strip()
         return json.loads(text, object_pairs_hook=pairs)
     except UnicodeDecodeError:
-        raise Unreadable(f"{path} is not UTF-8 text, so it is not a notebook.") from None
+        raise NotebookError(f"{path} is not UTF-8 text, so it is not a notebook.") from None
     except json.JSONDecodeError as error:
         if text.startswith("{") and (not text.endswith("}") or error.pos >= len(text)):
-            raise Unreadable(
-                f"{path} ends in the middle: it was cut off when it was saved or sent."
-            ) from None
-        raise Unreadable(f"{path} is not a notebook: line {error.lineno} is not JSON.") from None
+            raise NotebookError(f"{path} ends in the middle: it was cut off when it was saved or sent.") from None
+        raise NotebookError(f"{path} is not a notebook: line {error.lineno} is not JSON.") from None
     except ValueError:  # int() refuses more than some thousand digits
-        raise Unreadable(f"{path} is not a notebook: a number in it is too long.") from None
+        raise NotebookError(f"{path} is not a notebook: a number in it is too long.") from None
     except RecursionError:
-        raise Unreadable(f"{path} is not a notebook: it is nested too deeply.") from None
+        raise NotebookError(f"{path} is not a notebook: it is nested too deeply.") from None
 
 
 def cells_of(content, path="The file"):
-    """The list of Cell of a parsed notebook; raises Unreadable if it is none."""
+    """The list of Cell of a parsed notebook; raises NotebookError if it is none."""
     version = content.get("nbformat") if isinstance(content, dict) else None
     if not isinstance(version, int):
-        raise Unreadable(f"{path} is JSON, but not a notebook.")
+        raise NotebookError(f"{path} is JSON, but not a notebook.")
     if version != 4:
         advice = "open it in Jupyter and save it again" if version < 4 else "this kit is older than that"
-        raise Unreadable(f"{path} is a notebook of format {version}, not 4: {advice}.")
+        raise NotebookError(f"{path} is a notebook of format {version}, not 4: {advice}.")
     cells = content.get("cells")
     if not isinstance(cells, list):
-        raise Unreadable(f"{path} is a notebook without a list of cells.")
+        raise NotebookError(f"{path} is a notebook without a list of cells.")
     return [_cell(cell, number, path) for number, cell in enumerate(cells, start=1)]
 
 
@@ -93,7 +89,7 @@ def _cell(cell, number, path):
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
         source = "".join(source)
     if not isinstance(source, str) or not isinstance(cell.get("cell_type"), str):
-        raise Unreadable(f"{path}: cell {number} is not a notebook cell.")
+        raise NotebookError(f"{path}: cell {number} is not a notebook cell.")
     id = cell["id"] if isinstance(cell.get("id"), str) else ""
     return Cell(number, id, _role(cell, id), cell["cell_type"] == "code", source)
 

@@ -6,7 +6,7 @@ import linecache
 import re
 from dataclasses import dataclass
 
-from ..checks.feedback import Told, explain
+from ..checks.feedback import LabError, explain
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,7 @@ class Session:
     """
 
     def __init__(self, cells, place="", wanted=()):
-        self.names = {
-            "__name__": "__main__",
-            "input": lambda *_: "",
-            "display": _NOTHING,
-            "get_ipython": _NOTHING,
-        }
+        self.names = {"__name__": "__main__", "input": lambda *_: "", "display": _NOTHING, "get_ipython": _NOTHING}
         self.place, self.current = place, None  # current: the step that runs
         self.stopped, self.broken = {}, []  # {cell: error} while it ran; [(cell, error)] of syntax
         code = [cell for cell in cells if cell.code]
@@ -70,7 +65,7 @@ class Session:
             if cell.role in ("setup", "answer", "check"):
                 yield Event("", cell.label, error, explain(error).splitlines())
         for cell in self.emptied:
-            error = Told("This cell calls no check any more: put its line `check(...)` back.")
+            error = LabError("This cell calls no check any more: put its line `check(...)` back.")
             yield Event("", cell.label, error, error.lines)
         for step in self.steps:
             cell, check = step.cell, step.check
@@ -91,7 +86,7 @@ class Session:
 
     def _lines(self, error):
         """What went wrong; where a name is missing, also which cell should have made it."""
-        lines = error.lines if isinstance(error, Told) else explain(error).splitlines()
+        lines = error.lines if isinstance(error, LabError) else explain(error).splitlines()
         missing = re.search(r"name '(\w+)' is not defined", str(error))
         if not missing:
             return lines
@@ -110,9 +105,7 @@ def _parts(node):
     if isinstance(node, ast.Import):
         return [ast.copy_location(ast.Import([name]), node) for name in node.names]
     if isinstance(node, ast.ImportFrom):
-        return [
-            ast.copy_location(ast.ImportFrom(node.module, [name], node.level), node) for name in node.names
-        ]
+        return [ast.copy_location(ast.ImportFrom(node.module, [name], node.level), node) for name in node.names]
     return [node]
 
 

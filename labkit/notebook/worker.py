@@ -6,9 +6,9 @@ import sys
 import threading
 from pathlib import Path
 
-from .session import Session
 from ..checks.feedback import running_line
-from .read import Unreadable, read
+from .read import NotebookError, read
+from .session import Session
 
 
 def main(path, seconds):
@@ -24,7 +24,7 @@ def main(path, seconds):
 
     try:
         cells = read(path)
-    except Unreadable as error:
+    except NotebookError as error:
         return tell(kind="unreadable", text=str(error))
     os.chdir(Path(path).resolve().parent)
     sys.path.insert(0, os.getcwd())
@@ -36,9 +36,7 @@ def main(path, seconds):
         watchdog.daemon = True
         watchdog.start()
         for event in session.run():
-            tell(
-                kind="event", check=event.check, where=event.where, passed=not event.error, lines=event.lines
-            )
+            tell(kind="event", check=event.check, where=event.where, passed=not event.error, lines=event.lines)
     tell(kind="end")
     os._exit(0)  # threads that a student started must not keep us
 

@@ -6,8 +6,8 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 
 from importlib import import_module
 
-from .hall import Route, Team, TeamNoise
 from .frame import align, frame_errors, laid, nees, relative_nees, seen_from
+from .hall import Route, Team, TeamNoise
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
 from .run import FrameWarning, replay
 from .start import by_alignment
@@ -16,10 +16,25 @@ from .start import by_alignment
 _LAZY = {"explore": "widgets", "play": "widgets"}
 
 __all__ = [
-    "FrameWarning", "Route", "Team", "TeamLog", "TeamNoise", "align", "by_alignment", "dead_reckoned", "delayed", "frame_errors", "laid", "later",
-    "nees", "of_logs",
-    "relative_nees", "replay", *_LAZY, "seen_from",
-]  # fmt: skip
+    "FrameWarning",
+    "Route",
+    "Team",
+    "TeamLog",
+    "TeamNoise",
+    "align",
+    "by_alignment",
+    "dead_reckoned",
+    "delayed",
+    "frame_errors",
+    "laid",
+    "later",
+    "nees",
+    "of_logs",
+    "relative_nees",
+    "replay",
+    *_LAZY,
+    "seen_from",
+]
 
 
 def __getattr__(name):

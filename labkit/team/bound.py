@@ -39,9 +39,7 @@ def least_squares(log, x0, P0, noise, believe=None, rounds=8):
         if abs(step).max() < 1e-6:
             return x
     if abs(step).max() > 1e-3:
-        raise ValueError(
-            f"the fit does not settle: after {rounds} rounds poses still move by {abs(step).max():.2g}"
-        )
+        raise ValueError(f"the fit does not settle: after {rounds} rounds poses still move by {abs(step).max():.2g}")
     return x
 
 
@@ -67,11 +65,7 @@ def _system(x, x0, root, u, sigma, readings, noise):
     c, s = np.cos(x[:-1, :, 2]), np.sin(x[:-1, :, 2])
     dx, dy = np.moveaxis(x[1:, :, :2] - x[:-1, :, :2], -1, 0)
     misfit = np.stack(
-        [
-            c * dx + s * dy - u[..., 0],
-            c * dy - s * dx - u[..., 1],
-            wrap(x[1:, :, 2] - x[:-1, :, 2] - u[..., 2]),
-        ],
+        [c * dx + s * dy - u[..., 0], c * dy - s * dx - u[..., 1], wrap(x[1:, :, 2] - x[:-1, :, 2] - u[..., 2])],
         axis=-1,
     )
     turn = np.zeros((N, n, 3, 3))

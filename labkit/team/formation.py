@@ -122,10 +122,7 @@ def run(team, estimator, force, way, steps=900, name="a triangle"):
             velocity = ahead + rate * np.array([-arm[1], arm[0]])
             others = np.delete(x[:, :2], i, axis=0)
             commands[i] = steer(
-                x[i],
-                np.asarray(
-                    force(x[i, :2], _within_reach(x[i, :2], wanted[i - 1]), velocity, others), dtype=float
-                ),
+                x[i], np.asarray(force(x[i, :2], _within_reach(x[i, :2], wanted[i - 1]), velocity, others), dtype=float)
             )
         u = team.drive(commands)
         looks = team.look()

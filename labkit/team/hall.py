@@ -63,16 +63,9 @@ class Team:
     rng: a numpy Generator, or a seed for one.
     """
 
-    def __init__(
-        self, poses, noise=None, sees=None, fov=np.pi, reach=15.0, spurious=None, dark=None, rng=None
-    ):
+    def __init__(self, poses, noise=None, sees=None, fov=np.pi, reach=15.0, spurious=None, dark=None, rng=None):
         self.poses = np.array(poses, dtype=float)
-        if (
-            self.poses.ndim != 2
-            or self.poses.shape[1] != 3
-            or len(self.poses) < 2
-            or not np.isfinite(self.poses).all()
-        ):
+        if self.poses.ndim != 2 or self.poses.shape[1] != 3 or len(self.poses) < 2 or not np.isfinite(self.poses).all():
             raise ValueError(
                 f"poses must be finite and have the shape (n, 3) with n of 2 or more, not {self.poses.shape}"
             )
@@ -92,11 +85,7 @@ class Team:
             raise ValueError("spurious must be (x, y, width, height, probability)")
         self.sees, self.fov = pairs, np.broadcast_to(np.asarray(fov, dtype=float), n)
         self.reach, self.spurious, self.dark = reach, spurious, dark
-        self.bias = self.rng.standard_normal((n, 3)) * [
-            self.noise.scale,
-            self.noise.turn_scale,
-            self.noise.drift,
-        ]
+        self.bias = self.rng.standard_normal((n, 3)) * [self.noise.scale, self.noise.turn_scale, self.noise.drift]
         self.step = 0
 
     @property
@@ -126,10 +115,7 @@ class Team:
             r, bearing = np.hypot(dx, dy), wrap(np.arctan2(dy, dx) - self.poses[i, 2])
             if r == 0 or r > self.reach or abs(bearing) > self.fov[i] / 2 or self._hidden(i, j, r):
                 continue
-            z = np.array([r, bearing]) + self.rng.standard_normal(2) * [
-                self.noise.range,
-                self.noise.of_bearing(r),
-            ]
+            z = np.array([r, bearing]) + self.rng.standard_normal(2) * [self.noise.range, self.noise.of_bearing(r)]
             if self.spurious and self._false(j):
                 z = np.array([self.rng.uniform(0.5, 8.0), self.rng.uniform(-1, 1) * self.fov[i] / 2])
             seen.append((i, j, np.array([max(z[0], 0.05), wrap(z[1])])))

@@ -44,9 +44,7 @@ class TeamLog:
                 )
             strange = set(log.seen_id.tolist()) - set(self.ids) | ({i} & set(log.seen_id.tolist()))
             if strange:
-                raise ValueError(
-                    f"robot {i} saw a robot {min(strange)!r} that is no other member of the team"
-                )
+                raise ValueError(f"robot {i} saw a robot {min(strange)!r} that is no other member of the team")
 
     def __len__(self):
         return len(self.logs[0])
@@ -104,10 +102,17 @@ def recorded(dt, odometry, truth, seen, name):
 def _member(times, controls, truth, seen, name):
     seen = sorted(seen, key=lambda one: one[0])
     return Log(
-        times.copy(), controls.copy(), np.array([s[0] for s in seen], dtype=int),
-        np.array([s[1] for s in seen]), np.array([s[2:] for s in seen], dtype=float).reshape(-1, 2), Map(),
-        sensor="rb", frame="robot", truth=truth.copy(), name=name,
-    )  # fmt: skip
+        times.copy(),
+        controls.copy(),
+        np.array([s[0] for s in seen], dtype=int),
+        np.array([s[1] for s in seen]),
+        np.array([s[2:] for s in seen], dtype=float).reshape(-1, 2),
+        Map(),
+        sensor="rb",
+        frame="robot",
+        truth=truth.copy(),
+        name=name,
+    )
 
 
 def of_logs(logs, ids=None, name="team"):
@@ -117,9 +122,7 @@ def of_logs(logs, ids=None, name="team"):
     """
     ids = tuple(range(1, len(logs) + 1)) if ids is None else tuple(ids)
     if len(logs) < 2 or len(ids) != len(logs):
-        raise ValueError(
-            f"a team needs two logs or more and an id for each, but has {len(logs)} and {len(ids)}"
-        )
+        raise ValueError(f"a team needs two logs or more and an id for each, but has {len(logs)} and {len(ids)}")
     rate = 1 / logs[0].dt
     first = max(round(log.times[0] * rate) for log in logs)
     last = min(round(log.times[-1] * rate) for log in logs)
@@ -142,9 +145,17 @@ def _cut(log, a, b, others):
     """Steps a to b of one member's log, with what it saw of these others."""
     here = (log.seen_step >= a) & (log.seen_step < b) & np.isin(log.seen_id, others)
     return Log(
-        log.times[a : b + 1].copy(), log.controls[a:b].copy(), log.seen_step[here] - a, log.seen_id[here], log.seen[here].copy(), Map(),
-        sensor="rb", frame="robot", truth=None if log.truth is None else log.truth[a : b + 1].copy(), name=log.name,
-    )  # fmt: skip
+        log.times[a : b + 1].copy(),
+        log.controls[a:b].copy(),
+        log.seen_step[here] - a,
+        log.seen_id[here],
+        log.seen[here].copy(),
+        Map(),
+        sensor="rb",
+        frame="robot",
+        truth=None if log.truth is None else log.truth[a : b + 1].copy(),
+        name=log.name,
+    )
 
 
 def delayed(log, steps=0, lost=0.0, rng=None):

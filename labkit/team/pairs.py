@@ -18,9 +18,7 @@ class PairFilters:
         poses, P = np.array(poses, dtype=float), np.array(P, dtype=float)
         n = len(poses)
         if poses.shape != (n, 3) or P.shape != (n, 3, 3):
-            raise ValueError(
-                f"poses must be (n, 3) and P (n, 3, 3), but they are {poses.shape} and {P.shape}"
-            )
+            raise ValueError(f"poses must be (n, 3) and P (n, 3, 3), but they are {poses.shape} and {P.shape}")
         # The observers stand last, side by side in memory: products of small matrices are six times as fast so.
         self._x, self._P = np.ascontiguousarray(poses.T), np.ascontiguousarray(np.moveaxis(P, 0, -1))
         self.noise, self.gate, self.inflate = noise, gate, inflate
@@ -63,9 +61,7 @@ class PairFilters:
         """
         who, z = np.asarray(who, dtype=int), np.asarray(z, dtype=float).reshape(-1, 2).T
         if who.shape != z.shape[1:] or not ((0 <= who) & (who < self._x.shape[1])).all():
-            raise ValueError(
-                f"who must name an observer from 0 to {self._x.shape[1] - 1} for each reading, z (m, 2)"
-            )
+            raise ValueError(f"who must name an observer from 0 to {self._x.shape[1] - 1} for each reading, z (m, 2)")
         if len(np.unique(who)) < len(who):
             raise ValueError("an observer has two readings of the same step: update with one after the other")
         (x, y, _), P = self._x[:, who], self._P[:, :, who]

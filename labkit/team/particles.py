@@ -4,7 +4,6 @@ import numpy as np
 
 from ..geometry import root, wrap
 
-
 GATE = 13.8  # as a joint filter's
 
 
@@ -49,9 +48,7 @@ class TeamParticles:
                 self._weigh(i - 1, z)
         if 1 / (self.w @ self.w) < self.m / 2:
             start = self.rng.random() / self.m
-            which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.m) / self.m).clip(
-                max=self.m - 1
-            )
+            which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.m) / self.m).clip(max=self.m - 1)
             self.particles, self.observers = self.particles[which], self.observers[which]
             self.covariances, self.w = self.covariances[which], np.full(self.m, 1 / self.m)
 

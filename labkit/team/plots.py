@@ -63,12 +63,7 @@ def draw_formation(ax, run, steps, title=""):
     truth = run.log.truth
     for i in range(truth.shape[1]):
         ax.plot(
-            *truth[:, i, :2].T,
-            "-",
-            color=COLORS[i],
-            lw=1,
-            alpha=0.7,
-            label="leader" if i == 0 else f"follower {i}",
+            *truth[:, i, :2].T, "-", color=COLORS[i], lw=1, alpha=0.7, label="leader" if i == 0 else f"follower {i}"
         )
     for k in steps:
         k = min(k, len(truth) - 1)
@@ -107,9 +102,7 @@ class FormationPanel:
 
     def show(self, run, k, P=None):
         truth, x = run.log.truth, run.believed[k]
-        angle, shift = align(
-            run.believed[: k + 2, :, :2].reshape(-1, 2), truth[: k + 2, :, :2].reshape(-1, 2)
-        )
+        angle, shift = align(run.believed[: k + 2, :, :2].reshape(-1, 2), truth[: k + 2, :, :2].reshape(-1, 2))
         x = laid(x, angle, shift)
         for i, (trail, robot) in enumerate(zip(self.trails, self.robots)):
             trail.set_data(*truth[: k + 1, i, :2].T)
@@ -121,7 +114,5 @@ class FormationPanel:
             c, s = np.cos(angle), np.sin(angle)
             turn = np.array([[c, -s], [s, c]])
             outline = ellipse(x[:, :2], turn @ blocks @ turn.T, points=40)
-            self.ellipses.set_data(
-                *np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T
-            )
+            self.ellipses.set_data(*np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T)
         return self

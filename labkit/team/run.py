@@ -33,19 +33,15 @@ def replay(kf, log):
         raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
     bad = ~(np.isfinite(x).all(axis=(1, 2)) & np.isfinite(P).all(axis=(1, 2)))
     if bad.any():
-        raise FilterError(
-            f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number."
-        )
+        raise FilterError(f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number.")
     if (bad := np.diagonal(P, axis1=1, axis2=2).min(axis=1) < -1e-9).any():
-        raise FilterError(
-            f"After step {int(bad.argmax())} of {len(log)} a variance in your filter's P is negative."
-        )
+        raise FilterError(f"After step {int(bad.argmax())} of {len(log)} a variance in your filter's P is negative.")
     _warn_of(judged, log, getattr(kf, "gate", np.inf))
     return x, P
 
 
 def _estimate(kf, n):
-    """x and P of a filter; arrays of other shapes would be spread over all robots without a word."""
+    """X and P of a filter; arrays of other shapes would be spread over all robots without a word."""
     x, P = kf.x, kf.P
     if (np.shape(x), np.shape(P)) != ((n, 3), (3 * n, 3 * n)):
         raise ValueError(_misshapen(kf, n))

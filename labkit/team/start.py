@@ -49,9 +49,7 @@ def by_alignment(track, ranges, bearings):
         )
     good = best <= max(3 * 1.4826 * np.median(best), 0.15)
     angle, shift = align(points[good], track[good])
-    return np.array([*shift, wrap(angle)]), float(
-        np.sqrt(np.mean(_off(points[good], track[good], angle, shift) ** 2))
-    )
+    return np.array([*shift, wrap(angle)]), float(np.sqrt(np.mean(_off(points[good], track[good], angle, shift) ** 2)))
 
 
 def _off(points, track, angle, shift):

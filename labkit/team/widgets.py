@@ -12,15 +12,13 @@ from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import Kept, Screen, moments, player
 from . import scenarios
 from .frame import align, frame_errors, laid, nees
-from .run import FrameWarning, replay
 from .plots import COLORS, FormationPanel
+from .run import FrameWarning, replay
 
 RUNS = {"cross": scenarios.cross, "rectangle": scenarios.rectangle, "moving": scenarios.moving}
 SLIDERS = {
     "gate": dict(value=13.8, min=0, max=4, description="gate: d²"),
-    "inflate": dict(
-        value=4.0, min=np.log10(4) - 1.6, max=np.log10(4) + 2.4, description="inflate, factor on Q"
-    ),
+    "inflate": dict(value=4.0, min=np.log10(4) - 1.6, max=np.log10(4) + 2.4, description="inflate, factor on Q"),
 }
 
 
@@ -43,17 +41,14 @@ class _Explorer:
         self.started, self.scenario, self.seed = started, scenario, seed
         options = {"style": {"description_width": "150px"}, "layout": w.Layout(width="430px")}
         self._sliders = {
-            name: w.FloatLogSlider(step=0.02, readout_format=".3g", **SLIDERS[name], **options)
-            for name in sliders
+            name: w.FloatLogSlider(step=0.02, readout_format=".3g", **SLIDERS[name], **options) for name in sliders
         }
         another = w.Button(description="Another run (new seed)", layout=w.Layout(width="auto"))
         another.on_click(self._next)
         self.note, self.screen = w.HTML(), Screen()
         self._record()
         self._build()
-        self.box = Kept(
-            [*self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text]
-        )
+        self.box = Kept([*self._sliders.values(), w.HBox([another, self.note]), self.screen.image, self.screen.text])
         for slider in self._sliders.values():
             slider.observe(lambda _: self._refresh(), "value")
         self._refresh()
@@ -84,8 +79,7 @@ class _Explorer:
         errors.set_title("Errors", fontsize=11)
         kinds = [("gauge", ORANGE, ":"), ("aligned", BLUE, "-"), ("ego", VERMILION, "--")]
         self.errors = {
-            name: errors.plot([], [], style, color=color, lw=1.2, label=name)[0]
-            for name, color, style in kinds
+            name: errors.plot([], [], style, color=color, lw=1.2, label=name)[0] for name, color, style in kinds
         }
         errors.legend(loc="upper left", fontsize=8, frameon=False, ncols=3)
         self.artists = [self.truth, *self.lines, *self.errors.values()]
@@ -147,6 +141,10 @@ def play(run, interval=80, most=150):
     last = canvas.png()
 
     return player(
-        screen, len(steps), lambda i: screen.show(frames[i], texts[i]), lambda: last,
-        f"{len(run.log)} steps of {run.log.name}", interval,
-    )  # fmt: skip
+        screen,
+        len(steps),
+        lambda i: screen.show(frames[i], texts[i]),
+        lambda: last,
+        f"{len(run.log)} steps of {run.log.name}",
+        interval,
+    )

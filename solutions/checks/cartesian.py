@@ -63,7 +63,6 @@ self.Pk_k = self.Pk_k - K.dot(H).dot(self.Pk_k)
 """
 OLD_P = "P = self.Pk_k\n" + ONE + STEP.replace("H @ self.Pk_k", "H @ P").replace("= self.Pk_k", "= P")
 
-# fmt: off
 RIGHT = [
     Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"), (P, SHORT)]),
     Right("pinv", [(K, "K = np.dot(np.dot(self.Pk_k, H.T), np.linalg.pinv(S))")]),
@@ -79,35 +78,68 @@ RIGHT = [
 ]
 
 MISTAKES = [
-    Mistake("sign", "The correction points the wrong way: the innovation is what was seen minus what was expected, "
-            "and H is the derivative of landmark minus robot, so -I for each landmark. One of the two has the "
-            "other sign.",
-            [("seen - expected", "expected - seen")], [(H, H.replace("-np", "np"))]),
-    Mistake("reversed-twice", "Expected measurement and H are both those of robot minus landmark; the robot "
-            "measures landmark minus robot.",
-            [(FIND, "x - m[m.index(lm)] for lm in y"), (H, H.replace("-np", "np"))]),
-    Mistake("seen-only", "The innovation is what was seen: subtract what the map predicts from the estimated "
-            "position.",
-            [("seen - expected", "seen")]),
-    Mistake("map-forgotten", "The innovation compares what was seen with the robot's position: the place of the "
-            "landmark in the map is missing.",
-            [("seen - expected", "seen - np.tile(self.xk_k, p)")]),
-    Mistake("mean-innovation", "The innovations are averaged, but R stays that of one landmark: the mean of p "
-            "independent measurements has R / p.",
-            with_update(MEAN.replace("self.R / len(y)", "self.R"))),
-    Mistake("sum-innovation", "The innovations of all landmarks are added up as if they were one measurement.",
-            with_update(MEAN.replace(" / len(y)", ""))),
-    Mistake("old-innovation", "The landmarks are used one after the other, but all innovations come from the "
-            "estimate before the first: compute each from the newest estimate.",
-            with_update("x = self.xk_k\n" + ONE + STEP.replace("k - self.xk_k", "k - x"))),
-    Mistake("old-covariance", "The landmarks are used one after the other, but all with the covariance from before "
-            "the first: update Pk_k with each landmark.",
-            with_update(ONE + STEP.replace("    self.Pk_k =", "self.Pk_k =")),
-            with_update(OLD_P)),
+    Mistake(
+        "sign",
+        "The correction points the wrong way: the innovation is what was seen minus what was expected, "
+        "and H is the derivative of landmark minus robot, so -I for each landmark. One of the two has the "
+        "other sign.",
+        [("seen - expected", "expected - seen")],
+        [(H, H.replace("-np", "np"))],
+    ),
+    Mistake(
+        "reversed-twice",
+        "Expected measurement and H are both those of robot minus landmark; the robot measures landmark minus robot.",
+        [(FIND, "x - m[m.index(lm)] for lm in y"), (H, H.replace("-np", "np"))],
+    ),
+    Mistake(
+        "seen-only",
+        "The innovation is what was seen: subtract what the map predicts from the estimated position.",
+        [("seen - expected", "seen")],
+    ),
+    Mistake(
+        "map-forgotten",
+        "The innovation compares what was seen with the robot's position: the place of the "
+        "landmark in the map is missing.",
+        [("seen - expected", "seen - np.tile(self.xk_k, p)")],
+    ),
+    Mistake(
+        "mean-innovation",
+        "The innovations are averaged, but R stays that of one landmark: the mean of p "
+        "independent measurements has R / p.",
+        with_update(MEAN.replace("self.R / len(y)", "self.R")),
+    ),
+    Mistake(
+        "sum-innovation",
+        "The innovations of all landmarks are added up as if they were one measurement.",
+        with_update(MEAN.replace(" / len(y)", "")),
+    ),
+    Mistake(
+        "old-innovation",
+        "The landmarks are used one after the other, but all innovations come from the "
+        "estimate before the first: compute each from the newest estimate.",
+        with_update("x = self.xk_k\n" + ONE + STEP.replace("k - self.xk_k", "k - x")),
+    ),
+    Mistake(
+        "old-covariance",
+        "The landmarks are used one after the other, but all with the covariance from before "
+        "the first: update Pk_k with each landmark.",
+        with_update(ONE + STEP.replace("    self.Pk_k =", "self.Pk_k =")),
+        with_update(OLD_P),
+    ),
 ]
 
 CHECKS = [
-    Check("cartesian-kf", LAB, "KF", "filter", SCENARIOS, RIGHT,
-          CONSTRUCTOR + PREDICT + EXPECTED_MISTAKES + MISTAKES
-          + update_mistakes(BLOCKS, H, "-np.eye(2)", "np.tile(-np.eye(2), (1, p))")),
+    Check(
+        "cartesian-kf",
+        LAB,
+        "KF",
+        "filter",
+        SCENARIOS,
+        RIGHT,
+        CONSTRUCTOR
+        + PREDICT
+        + EXPECTED_MISTAKES
+        + MISTAKES
+        + update_mistakes(BLOCKS, H, "-np.eye(2)", "np.tile(-np.eye(2), (1, p))"),
+    )
 ]

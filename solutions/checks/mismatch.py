@@ -2,7 +2,6 @@
 
 from labkit.instructor.authoring.spec import Check, Mistake, Right
 
-# fmt: off
 LAB = "02_noise_mismatch"
 SOLVE = "e @ np.linalg.solve(P, e)"
 BY_HAND = """def nees(t, x, P):
@@ -24,32 +23,51 @@ NEES = [
 ]
 
 NEES_MISTAKES = [
-    Mistake("p-not-inverted", "P is not inverted: e' P^-1 e measures the error in units of the filter's own "
-            "uncertainty.",
-            [(SOLVE, "e @ P @ e")]),
-    Mistake("root", "The square root is too much: the NEES is the squared value.",
-            [(SOLVE, f"np.sqrt({SOLVE})")]),
-    Mistake("p-squared", "P is used twice: it is e' P^-1 e, with the inverse once.",
-            [(SOLVE, "e @ np.linalg.solve(P @ P, e)")]),
-    Mistake("entries-inverted", "1 / P takes the reciprocal of each entry: the inverse of the matrix is needed.",
-            [(SOLVE, "e @ (1 / P) @ e")],
-            [(SOLVE, "e @ np.array([[1 / P[0, 0], 1 / P[0, 1]], [1 / P[1, 0], 1 / P[1, 1]]]) @ e")]),
-    Mistake("diagonal-only", "Only the variances are used: the correlation in P counts too.",
-            [(SOLVE, "np.sum(e**2 / np.diag(P))")]),
-    Mistake("elementwise", "The result is an array: `*` multiplies entry by entry, the product of vectors and "
-            "matrices is `@`.",
-            [(SOLVE, "e * np.linalg.inv(P) * e")], [(SOLVE, "e * np.linalg.solve(P, e)")],
-            [(SOLVE, "np.linalg.inv(P) @ e")], [(SOLVE, "np.outer(e, e) @ np.linalg.inv(P)")]),
-    Mistake("distance", "This is the squared distance: P is missing.",
-            [(SOLVE, "e @ e")]),
-    Mistake("trace", "The error is divided by the trace of P, one number for all directions: it is e' P^-1 e.",
-            [(SOLVE, "e @ e / np.trace(P)")]),
-    Mistake("mean", "The result is halved: the NEES is the whole sum (its mean for an honest filter is 2).",
-            [(SOLVE, f"{SOLVE} / 2")]),
-    Mistake("x-only", "The error is missing: use truth - x.",
-            [("e = truth - x", "e = x")], [("e = truth - x", "e = truth")]),
-    Mistake("sum", "The error is truth minus x: here the two are added.",
-            [("truth - x", "truth + x")]),
+    Mistake(
+        "p-not-inverted",
+        "P is not inverted: e' P^-1 e measures the error in units of the filter's own uncertainty.",
+        [(SOLVE, "e @ P @ e")],
+    ),
+    Mistake("root", "The square root is too much: the NEES is the squared value.", [(SOLVE, f"np.sqrt({SOLVE})")]),
+    Mistake(
+        "p-squared",
+        "P is used twice: it is e' P^-1 e, with the inverse once.",
+        [(SOLVE, "e @ np.linalg.solve(P @ P, e)")],
+    ),
+    Mistake(
+        "entries-inverted",
+        "1 / P takes the reciprocal of each entry: the inverse of the matrix is needed.",
+        [(SOLVE, "e @ (1 / P) @ e")],
+        [(SOLVE, "e @ np.array([[1 / P[0, 0], 1 / P[0, 1]], [1 / P[1, 0], 1 / P[1, 1]]]) @ e")],
+    ),
+    Mistake(
+        "diagonal-only",
+        "Only the variances are used: the correlation in P counts too.",
+        [(SOLVE, "np.sum(e**2 / np.diag(P))")],
+    ),
+    Mistake(
+        "elementwise",
+        "The result is an array: `*` multiplies entry by entry, the product of vectors and matrices is `@`.",
+        [(SOLVE, "e * np.linalg.inv(P) * e")],
+        [(SOLVE, "e * np.linalg.solve(P, e)")],
+        [(SOLVE, "np.linalg.inv(P) @ e")],
+        [(SOLVE, "np.outer(e, e) @ np.linalg.inv(P)")],
+    ),
+    Mistake("distance", "This is the squared distance: P is missing.", [(SOLVE, "e @ e")]),
+    Mistake(
+        "trace",
+        "The error is divided by the trace of P, one number for all directions: it is e' P^-1 e.",
+        [(SOLVE, "e @ e / np.trace(P)")],
+    ),
+    Mistake(
+        "mean",
+        "The result is halved: the NEES is the whole sum (its mean for an honest filter is 2).",
+        [(SOLVE, f"{SOLVE} / 2")],
+    ),
+    Mistake(
+        "x-only", "The error is missing: use truth - x.", [("e = truth - x", "e = x")], [("e = truth - x", "e = truth")]
+    ),
+    Mistake("sum", "The error is truth minus x: here the two are added.", [("truth - x", "truth + x")]),
 ]
 
 
@@ -68,32 +86,59 @@ LOW_HIGH = "low, high = chi2_bounds(dof=2, level=0.95, runs=runs)"
 DARK_LOOP = "current = current + 1 if n == 0 else 0"
 
 VERDICT_MISTAKES = [
-    Mistake("swapped", "The two words are swapped: a NEES that is too large means errors larger than the filter "
-            "believes, overconfident.",
-            [('return "overconfident"', 'return "under"'), ('return "underconfident"', 'return "overconfident"'),
-             ('return "under"', 'return "underconfident"')]),
-    Mistake("one-run", "The number of runs is not used: the mean of many runs must be closer to 2 than a single "
-            "value.",
-            [(LOW_HIGH, "low, high = chi2_bounds(dof=2, level=0.95)")],
-            [(LOW_HIGH, LOW_HIGH.replace("runs=runs", "runs=1"))]),
-    Mistake("exactly-two", "The mean is compared with 2 itself: even an honest filter is a little above or below. "
-            "Use the bounds.",
-            [(LOW_HIGH, "low = high = 2")]),
-    Mistake("bounds-of-sum", "The bounds are too large by the number of runs: they must be those of the mean, and "
-            "dof that of one run (2), since chi2_bounds knows about the runs.",
-            [(LOW_HIGH, LOW_HIGH + "\n    low, high = low * runs, high * runs")],
-            [(LOW_HIGH, LOW_HIGH.replace("dof=2", "dof=2 * runs"))]),
-    Mistake("sum-not-mean", "The mean is multiplied by the number of runs, but the bounds are those of a mean.",
-            [("mean_nees > high", "mean_nees * runs > high"), ("mean_nees < low", "mean_nees * runs < low")]),
-    Mistake("dof-one", "The bounds are those for one component (dof=1): the position has two.",
-            [(LOW_HIGH, LOW_HIGH.replace("dof=2", "dof=1"))]),
-    Mistake("never-under", "A mean below the lower bound is not noticed: such a filter is too cautious, "
-            "underconfident.",
-            [("mean_nees < low", "False")]),
-    Mistake("never-over", "A mean above the upper bound is not noticed: such a filter is overconfident.",
-            [("mean_nees > high", "False")]),
-    Mistake("no-return", "For a mean between the bounds nothing is returned: 'consistent' is missing.",
-            [('return "consistent"', "pass")]),
+    Mistake(
+        "swapped",
+        "The two words are swapped: a NEES that is too large means errors larger than the filter "
+        "believes, overconfident.",
+        [
+            ('return "overconfident"', 'return "under"'),
+            ('return "underconfident"', 'return "overconfident"'),
+            ('return "under"', 'return "underconfident"'),
+        ],
+    ),
+    Mistake(
+        "one-run",
+        "The number of runs is not used: the mean of many runs must be closer to 2 than a single value.",
+        [(LOW_HIGH, "low, high = chi2_bounds(dof=2, level=0.95)")],
+        [(LOW_HIGH, LOW_HIGH.replace("runs=runs", "runs=1"))],
+    ),
+    Mistake(
+        "exactly-two",
+        "The mean is compared with 2 itself: even an honest filter is a little above or below. Use the bounds.",
+        [(LOW_HIGH, "low = high = 2")],
+    ),
+    Mistake(
+        "bounds-of-sum",
+        "The bounds are too large by the number of runs: they must be those of the mean, and "
+        "dof that of one run (2), since chi2_bounds knows about the runs.",
+        [(LOW_HIGH, LOW_HIGH + "\n    low, high = low * runs, high * runs")],
+        [(LOW_HIGH, LOW_HIGH.replace("dof=2", "dof=2 * runs"))],
+    ),
+    Mistake(
+        "sum-not-mean",
+        "The mean is multiplied by the number of runs, but the bounds are those of a mean.",
+        [("mean_nees > high", "mean_nees * runs > high"), ("mean_nees < low", "mean_nees * runs < low")],
+    ),
+    Mistake(
+        "dof-one",
+        "The bounds are those for one component (dof=1): the position has two.",
+        [(LOW_HIGH, LOW_HIGH.replace("dof=2", "dof=1"))],
+    ),
+    Mistake(
+        "never-under",
+        "A mean below the lower bound is not noticed: such a filter is too cautious, underconfident.",
+        [("mean_nees < low", "False")],
+    ),
+    Mistake(
+        "never-over",
+        "A mean above the upper bound is not noticed: such a filter is overconfident.",
+        [("mean_nees > high", "False")],
+    ),
+    Mistake(
+        "no-return",
+        "For a mean between the bounds nothing is returned: 'consistent' is missing.",
+        [('return "consistent"', "pass")],
+    ),
 ]
 
 
@@ -116,47 +161,114 @@ BODY = """def longest_dark(count):
 """
 
 DARK_MISTAKES = [
-    Mistake("all-dark", "All dark steps are counted: only the longest row of steps without a break is asked for.",
-            [(DARK_LOOP, "current = current + (n == 0)")],
-            "def longest_dark(count):\n    return int(np.sum(count == 0))"),
-    Mistake("end-forgotten", "A row that reaches the last step is lost: compare with the longest also after the "
-            "loop.",
-            BODY.format("if n == 0:\n            current += 1\n        else:\n"
-                        "            longest = max(longest, current)\n            current = 0", "longest")),
-    Mistake("last-row", "The last row is returned, not the longest: remember the largest so far.",
-            [("longest = max(longest, current)", "longest = current or longest")]),
-    Mistake("last-count", "The counter at the end is returned, not the longest row.",
-            [("return longest", "return current")]),
-    Mistake("first-row", "Only the first dark row is looked at: the longest may come later.",
-            BODY.format("if n == 0:\n            current += 1\n        elif current:\n            break", "current")),
-    Mistake("lit", "The steps with landmarks in view are counted: dark means that count is 0.",
-            [("if n == 0 else 0", "if n > 0 else 0")]),
-    Mistake("off-by-one", "The result is too small by one: a row of three dark steps has length 3.",
-            [("return longest", "return max(longest - 1, 0)")]),
-    Mistake("reset-to-one", "The counter starts again at 1 after a step with landmarks: it must start at 0.",
-            [(DARK_LOOP, "current = current + 1 if n == 0 else 1")]),
-    Mistake("number-of-rows", "The dark rows are counted: asked is the length of the longest.",
-            BODY.format("longest += n == 0 and current == 0\n        current = n == 0", "int(longest)")),
-    Mistake("sum", "The landmarks are summed up: count the steps where there are none.",
-            [("return longest", "return sum(count)")]),
+    Mistake(
+        "all-dark",
+        "All dark steps are counted: only the longest row of steps without a break is asked for.",
+        [(DARK_LOOP, "current = current + (n == 0)")],
+        "def longest_dark(count):\n    return int(np.sum(count == 0))",
+    ),
+    Mistake(
+        "end-forgotten",
+        "A row that reaches the last step is lost: compare with the longest also after the loop.",
+        BODY.format(
+            "if n == 0:\n            current += 1\n        else:\n"
+            "            longest = max(longest, current)\n            current = 0",
+            "longest",
+        ),
+    ),
+    Mistake(
+        "last-row",
+        "The last row is returned, not the longest: remember the largest so far.",
+        [("longest = max(longest, current)", "longest = current or longest")],
+    ),
+    Mistake(
+        "last-count", "The counter at the end is returned, not the longest row.", [("return longest", "return current")]
+    ),
+    Mistake(
+        "first-row",
+        "Only the first dark row is looked at: the longest may come later.",
+        BODY.format("if n == 0:\n            current += 1\n        elif current:\n            break", "current"),
+    ),
+    Mistake(
+        "lit",
+        "The steps with landmarks in view are counted: dark means that count is 0.",
+        [("if n == 0 else 0", "if n > 0 else 0")],
+    ),
+    Mistake(
+        "off-by-one",
+        "The result is too small by one: a row of three dark steps has length 3.",
+        [("return longest", "return max(longest - 1, 0)")],
+    ),
+    Mistake(
+        "reset-to-one",
+        "The counter starts again at 1 after a step with landmarks: it must start at 0.",
+        [(DARK_LOOP, "current = current + 1 if n == 0 else 1")],
+    ),
+    Mistake(
+        "number-of-rows",
+        "The dark rows are counted: asked is the length of the longest.",
+        BODY.format("longest += n == 0 and current == 0\n        current = n == 0", "int(longest)"),
+    ),
+    Mistake(
+        "sum",
+        "The landmarks are summed up: count the steps where there are none.",
+        [("return longest", "return sum(count)")],
+    ),
 ]
 
 CHECKS = [
-    Check("mismatch-nees", LAB, "nees", "function", NEES,
-          [Right("inverse", [(SOLVE, "e.T @ np.linalg.inv(P) @ e")]), Right("other sign", [("truth - x", "x - truth")]),
-           Right("by hand", BY_HAND), Right("einsum", [(SOLVE, "np.einsum('i,ij,j', e, np.linalg.pinv(P), e)")]),
-           Right("float32", [(SOLVE, f"np.float32({SOLVE})")])],
-          NEES_MISTAKES),
-    Check("mismatch-verdict", LAB, "verdict", "function", VERDICT,
-          [Right("scipy", [(LOW_HIGH, "from scipy.stats import chi2\n"
-                                      "    low, high = chi2.ppf([0.025, 0.975], 2 * runs) / runs")])],
-          VERDICT_MISTAKES),
-    Check("mismatch-dark", LAB, "longest_dark", "function", DARK,
-          [Right("numpy", "def longest_dark(count):\n    lit = np.flatnonzero(np.concatenate([[1], count, [1]]))\n"
-                          "    return np.diff(lit).max() - 1"),
-           Right("text", "def longest_dark(count):\n    row = ''.join('0' if n == 0 else ' ' for n in count)\n"
-                         "    return max(map(len, row.split()), default=0)"),
-           Right("groupby", "from itertools import groupby\ndef longest_dark(count):\n"
-                            "    return max([len(list(g)) for n, g in groupby(count) if n == 0], default=0)")],
-          DARK_MISTAKES),
+    Check(
+        "mismatch-nees",
+        LAB,
+        "nees",
+        "function",
+        NEES,
+        [
+            Right("inverse", [(SOLVE, "e.T @ np.linalg.inv(P) @ e")]),
+            Right("other sign", [("truth - x", "x - truth")]),
+            Right("by hand", BY_HAND),
+            Right("einsum", [(SOLVE, "np.einsum('i,ij,j', e, np.linalg.pinv(P), e)")]),
+            Right("float32", [(SOLVE, f"np.float32({SOLVE})")]),
+        ],
+        NEES_MISTAKES,
+    ),
+    Check(
+        "mismatch-verdict",
+        LAB,
+        "verdict",
+        "function",
+        VERDICT,
+        [
+            Right(
+                "scipy",
+                [(LOW_HIGH, "from scipy.stats import chi2\n    low, high = chi2.ppf([0.025, 0.975], 2 * runs) / runs")],
+            )
+        ],
+        VERDICT_MISTAKES,
+    ),
+    Check(
+        "mismatch-dark",
+        LAB,
+        "longest_dark",
+        "function",
+        DARK,
+        [
+            Right(
+                "numpy",
+                "def longest_dark(count):\n    lit = np.flatnonzero(np.concatenate([[1], count, [1]]))\n"
+                "    return np.diff(lit).max() - 1",
+            ),
+            Right(
+                "text",
+                "def longest_dark(count):\n    row = ''.join('0' if n == 0 else ' ' for n in count)\n"
+                "    return max(map(len, row.split()), default=0)",
+            ),
+            Right(
+                "groupby",
+                "from itertools import groupby\ndef longest_dark(count):\n"
+                "    return max([len(list(g)) for n, g in groupby(count) if n == 0], default=0)",
+            ),
+        ],
+        DARK_MISTAKES,
+    ),
 ]

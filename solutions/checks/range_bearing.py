@@ -90,7 +90,6 @@ XY = "Landmark(lm.p[0] * np.array([np.cos(lm.p[1]), np.sin(lm.p[1])]), lm.id)"
 NO_WRAP = STEP.replace("nu[1] = wrap(nu[1])", "pass")
 OLD_P = "P = self.Pk_k\n" + ONE + STEP.replace("H @ self.Pk_k", "H @ P").replace("= self.Pk_k", "= P")
 
-# fmt: off
 RIGHT = [
     Right("inverse", [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(S)"), (P, SHORT)]),
     Right("pinv", [(K, "K = np.dot(np.dot(self.Pk_k, H.T), np.linalg.pinv(S))")]),
@@ -105,79 +104,152 @@ RIGHT = [
     Right("math", MATH),
     Right("positive bearings", [("np.arctan2(dy, dx)", "np.arctan2(dy, dx) % (2 * np.pi)")]),
     Right("loops", with_update(LOOPS)),
-    Right("dictionary", [(FIND, "{k.id: k for k in self.map}[lm.id]"),
-                         (WRAP, "innovation[1::2] = (innovation[1::2] + np.pi) % (2 * np.pi) - np.pi")]),
+    Right(
+        "dictionary",
+        [
+            (FIND, "{k.id: k for k in self.map}[lm.id]"),
+            (WRAP, "innovation[1::2] = (innovation[1::2] + np.pi) % (2 * np.pi) - np.pi"),
+        ],
+    ),
 ]
 
 MISTAKES = [
-    Mistake("not-wrapped", "Your bearing innovation is not wrapped: the difference of two bearings can be nearly a "
-            "whole turn where the robot is off by a degree. Bring it into (-pi, pi].",
-            [(WRAP, "pass")], [(WRAP, "y = [wrap(lm.p[1]) for lm in y]")],
-            with_update(ONE + NO_WRAP), with_update(MAP_ORDER + NO_WRAP)),
-    Mistake("wrapped-positive", "The bearing innovation is wrapped into [0, 2 pi): a small negative one becomes "
-            "nearly a whole turn. Bring it into (-pi, pi].",
-            [(WRAP, "innovation[1::2] = innovation[1::2] % (2 * np.pi)")]),
-    Mistake("all-wrapped", "The whole innovation is wrapped, ranges included: only differences of angles are.",
-            [(WRAP, "innovation = wrap(innovation)")]),
-    Mistake("range-wrapped", "The ranges are wrapped instead of the bearings: each landmark has its range first, "
-            "then its bearing.",
-            [(WRAP, "innovation[0::2] = wrap(innovation[0::2])")]),
-    Mistake("first-wrapped", "Only the first landmark's bearing innovation is wrapped: do it for each landmark.",
-            [(WRAP, "innovation[1] = wrap(innovation[1])")]),
-    Mistake("absolute", "The bearing innovation has lost its sign: it may be negative.",
-            [(WRAP, "innovation[1::2] = abs(wrap(innovation[1::2]))")]),
-    Mistake("sign", "The correction points the wrong way: the innovation is what was seen minus h, and H is the "
-            "derivative of h. One of the two has the other sign.",
-            [("lm.p - h(self.xk_k, k)", "h(self.xk_k, k) - lm.p")],
-            [(ROWS, "[[dx / r, dy / r], [-dy / r**2, dx / r**2]]")]),
-    Mistake("reversed-twice", "dx and dy point from the landmark to the robot, in h and in its Jacobian: they are "
-            "landmark minus robot.",
-            [(H_LINES, H_LINES.replace("landmark - x", "x - landmark")), (J_LINES, "dx, dy = x - landmark\n    r =")]),
-    Mistake("seen-only", "The innovation is what was seen; subtract what h predicts from the estimated position.",
-            [("lm.p - h(self.xk_k, k)", "lm.p + 0 * self.xk_k")]),
-    Mistake("expected-from-seen", "What is expected comes from the map, not from the measurement: h and jacobian want "
-            "the landmark of the map, not `lm` from `y`.",
-            [(HX, SEEN_HX)], [(H, SEEN_H)], [(HX, SEEN_HX), (H, SEEN_H)]),
-    Mistake("r-order", "The variances of R are taken in the order (bearing, range): a measurement is (range, "
-            "bearing).",
-            [(BLOCKS, "np.kron(np.eye(p), self.R[::-1, ::-1])")]),
-    Mistake("by-place-in-y", "The j-th landmark in y is taken for the j-th of the map. y holds only what is in "
-            "view, in any order: find each landmark of the map by its name (`==` or `map.index`).",
-            [(f"{FIND} for lm in y", "self.map[j] for j in range(p)")]),
-    Mistake("map-order", "What was seen is in the order of y, what is expected in the order of the map: both need "
-            "the same order.",
-            [(f"{FIND} for lm in y", "k for k in self.map if k in y")]),
-    Mistake("id-as-place", "A landmark's id is used as its place in the map: ids are names. Find the landmark with "
-            "`==` or `map.index`.",
-            [(FIND, "self.map[lm.id]")]),
-    Mistake("h-from-cartesian", "H is that of the Cartesian filter, -I for each landmark: this sensor has the "
-            "Jacobian of range and bearing.",
-            [(H, "np.tile(-np.eye(2), (p, 1))")]),
-    Mistake("cartesian-filter", "This is the Cartesian filter: these measurements are range and bearing, not dx "
-            "and dy.",
-            CARTESIAN),
-    Mistake("to-cartesian", "The measurements are turned into dx and dy, but R is still that of range and bearing: "
-            "keep range and bearing, and use h and its Jacobian.",
-            CARTESIAN + f"class KF(KF):\n    def update(self, y):\n        super().update([{XY} for lm in y])\n"),
-    Mistake("same-jacobian", "All landmarks get the Jacobian of the first: each has its own two rows in H.",
-            [("jacobian(self.xk_k, k) for k in known", "jacobian(self.xk_k, known[0]) for k in known")]),
-    Mistake("jacobian-at-seen", "The Jacobian is computed from the measurement: it belongs at the estimate, where "
-            "h is linearised.",
-            [(H,
-              f"np.vstack([jacobian(np.zeros(2), {XY}) for lm in y])")]),
-    Mistake("old-innovation", "The landmarks are used one after the other, but all innovations come from the "
-            "estimate before the first: compute each from the newest estimate.",
-            with_update("x = self.xk_k\n" + ONE + STEP.replace("h(self.xk_k, k)", "h(x, k)")),
-            with_update("x = self.xk_k\n" + ONE + STEP.replace("(self.xk_k, k)", "(x, k)"))),
-    Mistake("old-covariance", "The landmarks are used one after the other, but all with the covariance from before "
-            "the first: update Pk_k with each landmark.",
-            with_update(ONE + STEP.replace("    self.Pk_k =", "self.Pk_k =")),
-            with_update(OLD_P)),
+    Mistake(
+        "not-wrapped",
+        "Your bearing innovation is not wrapped: the difference of two bearings can be nearly a "
+        "whole turn where the robot is off by a degree. Bring it into (-pi, pi].",
+        [(WRAP, "pass")],
+        [(WRAP, "y = [wrap(lm.p[1]) for lm in y]")],
+        with_update(ONE + NO_WRAP),
+        with_update(MAP_ORDER + NO_WRAP),
+    ),
+    Mistake(
+        "wrapped-positive",
+        "The bearing innovation is wrapped into [0, 2 pi): a small negative one becomes "
+        "nearly a whole turn. Bring it into (-pi, pi].",
+        [(WRAP, "innovation[1::2] = innovation[1::2] % (2 * np.pi)")],
+    ),
+    Mistake(
+        "all-wrapped",
+        "The whole innovation is wrapped, ranges included: only differences of angles are.",
+        [(WRAP, "innovation = wrap(innovation)")],
+    ),
+    Mistake(
+        "range-wrapped",
+        "The ranges are wrapped instead of the bearings: each landmark has its range first, then its bearing.",
+        [(WRAP, "innovation[0::2] = wrap(innovation[0::2])")],
+    ),
+    Mistake(
+        "first-wrapped",
+        "Only the first landmark's bearing innovation is wrapped: do it for each landmark.",
+        [(WRAP, "innovation[1] = wrap(innovation[1])")],
+    ),
+    Mistake(
+        "absolute",
+        "The bearing innovation has lost its sign: it may be negative.",
+        [(WRAP, "innovation[1::2] = abs(wrap(innovation[1::2]))")],
+    ),
+    Mistake(
+        "sign",
+        "The correction points the wrong way: the innovation is what was seen minus h, and H is the "
+        "derivative of h. One of the two has the other sign.",
+        [("lm.p - h(self.xk_k, k)", "h(self.xk_k, k) - lm.p")],
+        [(ROWS, "[[dx / r, dy / r], [-dy / r**2, dx / r**2]]")],
+    ),
+    Mistake(
+        "reversed-twice",
+        "dx and dy point from the landmark to the robot, in h and in its Jacobian: they are landmark minus robot.",
+        [(H_LINES, H_LINES.replace("landmark - x", "x - landmark")), (J_LINES, "dx, dy = x - landmark\n    r =")],
+    ),
+    Mistake(
+        "seen-only",
+        "The innovation is what was seen; subtract what h predicts from the estimated position.",
+        [("lm.p - h(self.xk_k, k)", "lm.p + 0 * self.xk_k")],
+    ),
+    Mistake(
+        "expected-from-seen",
+        "What is expected comes from the map, not from the measurement: h and jacobian want "
+        "the landmark of the map, not `lm` from `y`.",
+        [(HX, SEEN_HX)],
+        [(H, SEEN_H)],
+        [(HX, SEEN_HX), (H, SEEN_H)],
+    ),
+    Mistake(
+        "r-order",
+        "The variances of R are taken in the order (bearing, range): a measurement is (range, bearing).",
+        [(BLOCKS, "np.kron(np.eye(p), self.R[::-1, ::-1])")],
+    ),
+    Mistake(
+        "by-place-in-y",
+        "The j-th landmark in y is taken for the j-th of the map. y holds only what is in "
+        "view, in any order: find each landmark of the map by its name (`==` or `map.index`).",
+        [(f"{FIND} for lm in y", "self.map[j] for j in range(p)")],
+    ),
+    Mistake(
+        "map-order",
+        "What was seen is in the order of y, what is expected in the order of the map: both need the same order.",
+        [(f"{FIND} for lm in y", "k for k in self.map if k in y")],
+    ),
+    Mistake(
+        "id-as-place",
+        "A landmark's id is used as its place in the map: ids are names. Find the landmark with `==` or `map.index`.",
+        [(FIND, "self.map[lm.id]")],
+    ),
+    Mistake(
+        "h-from-cartesian",
+        "H is that of the Cartesian filter, -I for each landmark: this sensor has the Jacobian of range and bearing.",
+        [(H, "np.tile(-np.eye(2), (p, 1))")],
+    ),
+    Mistake(
+        "cartesian-filter",
+        "This is the Cartesian filter: these measurements are range and bearing, not dx and dy.",
+        CARTESIAN,
+    ),
+    Mistake(
+        "to-cartesian",
+        "The measurements are turned into dx and dy, but R is still that of range and bearing: "
+        "keep range and bearing, and use h and its Jacobian.",
+        CARTESIAN + f"class KF(KF):\n    def update(self, y):\n        super().update([{XY} for lm in y])\n",
+    ),
+    Mistake(
+        "same-jacobian",
+        "All landmarks get the Jacobian of the first: each has its own two rows in H.",
+        [("jacobian(self.xk_k, k) for k in known", "jacobian(self.xk_k, known[0]) for k in known")],
+    ),
+    Mistake(
+        "jacobian-at-seen",
+        "The Jacobian is computed from the measurement: it belongs at the estimate, where h is linearised.",
+        [(H, f"np.vstack([jacobian(np.zeros(2), {XY}) for lm in y])")],
+    ),
+    Mistake(
+        "old-innovation",
+        "The landmarks are used one after the other, but all innovations come from the "
+        "estimate before the first: compute each from the newest estimate.",
+        with_update("x = self.xk_k\n" + ONE + STEP.replace("h(self.xk_k, k)", "h(x, k)")),
+        with_update("x = self.xk_k\n" + ONE + STEP.replace("(self.xk_k, k)", "(x, k)")),
+    ),
+    Mistake(
+        "old-covariance",
+        "The landmarks are used one after the other, but all with the covariance from before "
+        "the first: update Pk_k with each landmark.",
+        with_update(ONE + STEP.replace("    self.Pk_k =", "self.Pk_k =")),
+        with_update(OLD_P),
+    ),
 ]
 
 CHECKS = [
-    Check("range-bearing-kf", LAB, "KF", "filter", SCENARIOS, RIGHT,
-          CONSTRUCTOR + PREDICT + H_MISTAKES + JACOBIAN_MISTAKES[2:]  # h-from-cartesian and sign stand for the first
-          + MISTAKES
-          + update_mistakes(BLOCKS, H, "jacobian(self.xk_k, known[0])", H.replace("vstack", "hstack"))),
+    Check(
+        "range-bearing-kf",
+        LAB,
+        "KF",
+        "filter",
+        SCENARIOS,
+        RIGHT,
+        CONSTRUCTOR
+        + PREDICT
+        + H_MISTAKES
+        + JACOBIAN_MISTAKES[2:]  # h-from-cartesian and sign stand for the first
+        + MISTAKES
+        + update_mistakes(BLOCKS, H, "jacobian(self.xk_k, known[0])", H.replace("vstack", "hstack")),
+    )
 ]

@@ -19,6 +19,7 @@ HERE = Path(__file__).resolve()
 sys.path[:0] = [str(HERE.parents[2]), str(HERE.parents[1])]
 
 import nbformat
+
 from helpers.classroom import LAB, as_file, filled, mistaken
 
 ROOT = HERE.parents[2]
@@ -26,9 +27,7 @@ TAGS = {"setup", "answer", "check", "hidden"}
 
 
 def main():
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--nbgrader", metavar="PYTHON", help="of an environment with nbgrader")
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--memory", action="store_true")
@@ -52,18 +51,16 @@ def speed(folder, count, python):
         return
     theirs = {n: nbgrader(folder, n, python) for n in (1, count)}
     show("nbgrader autograde", theirs, count)
-    print(
-        f"throughput, {count} submissions, one process each: {theirs[count]['wall'] / ours[count]['wall']:.1f} times"
-    )
+    print(f"throughput, {count} submissions, one process each: {theirs[count]['wall'] / ours[count]['wall']:.1f} times")
     print(f"CPU of a further submission: 1/{further(theirs, count) / further(ours, count):.1f}")
-    print(
-        f"a single submission: {ours[1]['wall']:.2f} s to feedback, nbgrader {theirs[1]['wall']:.2f} s to marks"
-    )
+    print(f"a single submission: {ours[1]['wall']:.2f} s to feedback, nbgrader {theirs[1]['wall']:.2f} s to marks")
 
 
 def show(name, runs, count):
-    print(f"{name}: one {runs[1]['wall']:.2f} s, {count} {runs[count]['wall']:.1f} s; "
-          f"CPU of a further submission {further(runs, count):.3f} s")  # fmt: skip
+    print(
+        f"{name}: one {runs[1]['wall']:.2f} s, {count} {runs[count]['wall']:.1f} s; "
+        f"CPU of a further submission {further(runs, count):.3f} s"
+    )
 
 
 def further(runs, count):
@@ -157,8 +154,19 @@ def large(folder):
     times = []
     for _ in range(3):
         shutil.rmtree(folder / "out", ignore_errors=True)
-        command = [sys.executable, "-m", "labkit", "grade", str(folder / "class-1"), "--lab", LAB,
-                   "--out", str(folder / "out"), "--jobs", "1"]  # fmt: skip
+        command = [
+            sys.executable,
+            "-m",
+            "labkit",
+            "grade",
+            str(folder / "class-1"),
+            "--lab",
+            LAB,
+            "--out",
+            str(folder / "out"),
+            "--jobs",
+            "1",
+        ]
         start = time.monotonic()
         done = subprocess.run(command, capture_output=True, text=True, env=env)
         times.append(time.monotonic() - start)

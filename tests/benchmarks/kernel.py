@@ -16,11 +16,12 @@ sys.path.insert(0, str(ROOT / "tests"))
 import numpy as np  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
-from helpers.reference import Q, R, history, record, solution  # noqa: E402
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.plots import plot_run  # noqa: E402
 from labkit.widgets import Explorer  # noqa: E402
+
+from helpers.reference import Q, R, history, record, solution  # noqa: E402
 
 
 def paired(one, other, rounds):
@@ -49,7 +50,12 @@ def replay_over_bare_loop(rounds):
             kf.update(y)
 
     kit, loop = paired(lambda: replay(make_filter(KF, log), log), bare, rounds)
-    row("replay / bare loop of predict and update", f"{kit / loop:.2f}", "at most 1.15", f"{kit * 1e3:.2f} ms, {loop * 1e3:.2f} ms")
+    row(
+        "replay / bare loop of predict and update",
+        f"{kit / loop:.2f}",
+        "at most 1.15",
+        f"{kit * 1e3:.2f} ms, {loop * 1e3:.2f} ms",
+    )
 
 
 def simulate_against_the_loop(rounds):
@@ -62,7 +68,9 @@ def simulate_against_the_loop(rounds):
             r.measure(m)
 
     slow, fast = paired(loop, lambda: simulate(Robot((2, -2), Q, R["xy"], rng=1), m), rounds)
-    row("step-by-step loop / simulate", f"{slow / fast:.1f}", "at least 10", f"{slow * 1e3:.2f} ms, {fast * 1e3:.3f} ms")
+    row(
+        "step-by-step loop / simulate", f"{slow / fast:.1f}", "at least 10", f"{slow * 1e3:.2f} ms, {fast * 1e3:.3f} ms"
+    )
 
 
 def redraw_against_a_fresh_figure(rounds):
@@ -76,7 +84,12 @@ def redraw_against_a_fresh_figure(rounds):
 
     run = history(log)
     slow, fast = paired(fresh, box.canvas._draw, rounds)
-    row("fresh figure / redraw of what moves", f"{slow / fast:.1f}", "at least 20", f"{slow * 1e3:.1f} ms, {fast * 1e3:.2f} ms")
+    row(
+        "fresh figure / redraw of what moves",
+        f"{slow / fast:.1f}",
+        "at least 20",
+        f"{slow * 1e3:.1f} ms, {fast * 1e3:.2f} ms",
+    )
 
 
 def python(code):
@@ -85,7 +98,12 @@ def python(code):
 
 def import_over_numpy(rounds):
     kit, plain = paired(python("import labkit"), python("import numpy"), rounds)
-    row("import labkit / import numpy", f"{kit / plain:.2f}", "at most 1.3", f"{kit * 1e3:.0f} ms, {plain * 1e3:.0f} ms, each with Python's start")
+    row(
+        "import labkit / import numpy",
+        f"{kit / plain:.2f}",
+        "at most 1.3",
+        f"{kit * 1e3:.0f} ms, {plain * 1e3:.0f} ms, each with Python's start",
+    )
 
 
 def check_one_notebook(rounds):
@@ -96,7 +114,12 @@ def check_one_notebook(rounds):
             python("import numpy, matplotlib.pyplot"),
             rounds,
         )
-        row(f"labkit check {notebook.stem}", f"{check:.2f} s", "at most 3 s", f"of it imports and Python's start {start:.2f} s")
+        row(
+            f"labkit check {notebook.stem}",
+            f"{check:.2f} s",
+            "at most 3 s",
+            f"of it imports and Python's start {start:.2f} s",
+        )
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from statistics import median
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from helpers import browser as lab  # noqa: E402
+from helpers import browser as lab
 
 NAIVE = """
 from ipywidgets import FloatLogSlider, interact
@@ -73,7 +73,9 @@ def main(rounds=21):
                 kept.append(milliseconds(page, id, "ArrowRight" if k % 2 else "ArrowLeft"))
     quick, slow = median(times[ours]), median(times[naive])
     print(f"interact and plt.show / explore, slider to pixels: {slow / quick:.1f} (target at least 4)")
-    print(f"   {slow:.0f} ms ({min(times[naive]):.0f} to {max(times[naive]):.0f}), {quick:.0f} ms ({min(times[ours]):.0f} to {max(times[ours]):.0f})")
+    print(
+        f"   {slow:.0f} ms ({min(times[naive]):.0f} to {max(times[naive]):.0f}), {quick:.0f} ms ({min(times[ours]):.0f} to {max(times[ours]):.0f})"
+    )
 
 
 if __name__ == "__main__":

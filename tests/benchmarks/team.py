@@ -15,23 +15,14 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from helpers.team_answers import answer, start_errors, started  # noqa: E402
-
 from labkit import Landmark, metrics, random_map  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
-from labkit.team import (
-    FrameWarning,
-    TeamNoise,
-    dead_reckoned,
-    frame_errors,
-    nees,
-    replay,
-    scenarios,
-    seen_from,
-)  # noqa: E402
+from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, replay, scenarios, seen_from  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
+
+from helpers.team_answers import answer, start_errors, started  # noqa: E402
 
 NOISE = TeamNoise()
 WHITE = dataclasses.replace(NOISE, scale=0.0, turn_scale=0.0, drift=0.0)
@@ -95,9 +86,7 @@ def hard(runs):
     pairs, dark = [], []
     for seed in range(runs):
         both = [scenarios.rectangle(rng=seed, probability=p) for p in (0.0, 0.3)]
-        pairs.append(
-            [frame_errors(replay(started(log, seed), log)[0], log.truth).aligned.mean() for log in both]
-        )
+        pairs.append([frame_errors(replay(started(log, seed), log)[0], log.truth).aligned.mean() for log in both])
         log = scenarios.rectangle(rng=seed, probability=0.0, dark=(300, 600), laps=2)
         dark.append(frame_errors(replay(started(log, seed), log)[0], log.truth).ego[610])
     clean, false = np.median(pairs, axis=0)
@@ -115,10 +104,7 @@ def formation(runs):
             x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal((3, 3))
             done.append(
                 run(
-                    team,
-                    answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0),
-                    answer("force"),
-                    WAY,
+                    team, answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0), answer("force"), WAY
                 )
             )
         again = np.concatenate([one.recoveries() for one in done])

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from labkit.checks import DATA, CheckFailed, check
-from labkit.instructor.authoring.spec import answers, build, definitions
+from labkit.checks import DATA, CheckError, check
 from labkit.instructor.authoring.numbers import stale
+from labkit.instructor.authoring.spec import answers, build, definitions
 
 ROOT = Path(__file__).resolve().parents[2]
 CHECKS = {c.name: c for c in definitions(ROOT)}
@@ -30,7 +30,7 @@ def subject(name, form=()):
 
 
 def failure(name, form):
-    with pytest.raises(CheckFailed) as caught:
+    with pytest.raises(CheckError) as caught:
         check(name, subject(name, form))
     return caught.value
 
@@ -266,7 +266,7 @@ def test_what_is_no_class_or_function():
         (KF, KF, "no check of that name"),
     ]
     for name, thing, says in cases:
-        with pytest.raises(CheckFailed) as caught:
+        with pytest.raises(CheckError) as caught:
             check(name, thing)
         assert says in " ".join(str(caught.value).split()), (name, thing)
 
@@ -311,5 +311,5 @@ def test_a_filter_that_looks_for_the_truth_finds_none():
         def update(self, y):
             self.xk_k = next((lm.p for lm in y if hasattr(lm, "robot")), self.xk_k)
 
-    with pytest.raises(CheckFailed):
+    with pytest.raises(CheckError):
         check("cartesian-kf", KF)

@@ -25,33 +25,37 @@ PATIENCE = 60  # [s] for anything that JupyterLab or a kernel has to do
 
 # As root it needs --no-sandbox; the others keep it from talking to the network on its own.
 CHROMIUM_OPTIONS = [
-    "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",
-    "--disable-sync", "--no-first-run",
-]  # fmt: skip
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
-class NoBrowser(Exception):
+class NoBrowserError(Exception):
     """Why there is no browser to test with, in one sentence."""
 
 
 def find_chromium():
-    """The browser's path; raises NoBrowser."""
+    """The browser's path; raises NoBrowserError."""
     told = os.environ.get("LABKIT_CHROMIUM")
     found = shutil.which(told) if told else next(filter(None, map(shutil.which, NAMES)), None)
     if not found:
         where = f"LABKIT_CHROMIUM names {told!r}, which cannot be run" if told else "no Chromium or Chrome on PATH"
-        raise NoBrowser(f"{where}: install one, or let LABKIT_CHROMIUM name it")
+        raise NoBrowserError(f"{where}: install one, or let LABKIT_CHROMIUM name it")
     return found
 
 
 @contextmanager
 def chromium():
-    """A Playwright browser; raises NoBrowser where there is none."""
+    """A Playwright browser; raises NoBrowserError where there is none."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        raise NoBrowser("playwright is not installed: `python3 lab.py test` installs it") from None
+        raise NoBrowserError("playwright is not installed: `python3 lab.py test` installs it") from None
     path = find_chromium()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=CHROMIUM_OPTIONS)
@@ -112,20 +116,30 @@ class Server:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.url = f"http://127.0.0.1:{free.getsockname()[1]}"
-        own = {
-            f"JUPYTER_{kind}_DIR": str(self.home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")
-        }
+        own = {f"JUPYTER_{kind}_DIR": str(self.home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")}
         own |= {f"JUPYTERLAB_{kind}_DIR": str(self.home / kind.lower()) for kind in ("SETTINGS", "WORKSPACES")}
         # The tests' own backend would leave plt.show without a picture.
         inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
         self.log = open(self.home / "log", "wb")
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--ServerApp.root_dir=.",
-             f"--port={self.url.rpartition(':')[2]}", "--ServerApp.port_retries=0", "--IdentityProvider.token=lab"],
-            cwd=self.root, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
+            [
+                sys.executable,
+                "-m",
+                "jupyterlab",
+                "--no-browser",
+                "--allow-root",
+                "--ServerApp.root_dir=.",
+                f"--port={self.url.rpartition(':')[2]}",
+                "--ServerApp.port_retries=0",
+                "--IdentityProvider.token=lab",
+            ],
+            cwd=self.root,
+            stdin=subprocess.DEVNULL,
+            stdout=self.log,
+            stderr=self.log,
             env={**inherited, **own, "IPYTHONDIR": str(self.home / "ipython"), **variables},
             start_new_session=True,
-        )  # fmt: skip
+        )
 
     def _settings(self, theme):
         """Put labkit's settings in front of what the environment has, which may be an older copy."""

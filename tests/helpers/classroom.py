@@ -4,12 +4,33 @@ import json
 import zipfile
 from dataclasses import dataclass
 
-from helpers.reference import ROOT
-
 from labkit.instructor.authoring.spec import definitions
 
+from helpers.reference import ROOT
+
 LAB = "01_cartesian_ekf"
-NAMES = "Ada Bela Chloé Dmitri Emine Farid Gerda Hồng Ines Jürgen Kofi Lena Māra Noor Oleg Priya Qin Rosa Søren Tomás".split()
+NAMES = [
+    "Ada",
+    "Bela",
+    "Chloé",
+    "Dmitri",
+    "Emine",
+    "Farid",
+    "Gerda",
+    "Hồng",
+    "Ines",
+    "Jürgen",
+    "Kofi",
+    "Lena",
+    "Māra",
+    "Noor",
+    "Oleg",
+    "Priya",
+    "Qin",
+    "Rosa",
+    "Søren",
+    "Tomás",
+]
 FAMILIES = ["Lovelace", "van der Berg", "O'Hara"]
 
 
@@ -57,14 +78,7 @@ def cell_is_code(book, id):
 
 
 def code(source, id):
-    return {
-        "cell_type": "code",
-        "id": id,
-        "metadata": {},
-        "source": source,
-        "outputs": [],
-        "execution_count": None,
-    }
+    return {"cell_type": "code", "id": id, "metadata": {}, "source": source, "outputs": [], "execution_count": None}
 
 
 def mistaken(number, lab=LAB):
@@ -83,10 +97,7 @@ def usable(lab, form):
 
 HOSTILE = [
     ("exit", {"own": ["import os\nKF.predict = lambda self, u: os._exit(0)"]}),
-    (
-        "forger",
-        {"own": ["np.allclose = lambda *a, **k: True\ncheck = print\nKF.update = lambda self, y: None"]},
-    ),
+    ("forger", {"own": ["np.allclose = lambda *a, **k: True\ncheck = print\nKF.update = lambda self, y: None"]}),
     ("looper", {"own": ["def forever(self, y):\n    while True: pass\nKF.update = forever"]}),
 ]
 
@@ -95,9 +106,7 @@ def a_class(count=60, lab=LAB, hostile=True):
     """`count` pupils of every kind; most are right or wrong in a known way."""
     pupils = []
     for i in range(count):
-        name = f"{NAMES[i % len(NAMES)]} {FAMILIES[i // len(NAMES) % len(FAMILIES)]}" + (
-            f" {i}" if i >= 60 else ""
-        )
+        name = f"{NAMES[i % len(NAMES)]} {FAMILIES[i // len(NAMES) % len(FAMILIES)]}" + (f" {i}" if i >= 60 else "")
         day, right = (2026, 11, 10, 12, 0, 0), filled(lab)
         kind, books = "right", [right]
         if i % 10 in (3, 4, 5):
@@ -132,8 +141,10 @@ def moodle_zip(path, pupils):
 
 def worksheet(path, pupils, most=20):
     """Write Moodle's grading worksheet for these pupils."""
-    head = ('Identifier,"Full name","Email address",Status,Grade,"Maximum Grade","Grade can be changed",'
-            '"Last modified (submission)","Last modified (grade)","Feedback comments"')  # fmt: skip
+    head = (
+        'Identifier,"Full name","Email address",Status,Grade,"Maximum Grade","Grade can be changed",'
+        '"Last modified (submission)","Last modified (grade)","Feedback comments"'
+    )
     rows = [
         f'"Participant {p.number}","{p.name}",x{p.number}@example.org,"Submitted for grading",,{most:.2f},Yes,-,-,'
         for p in pupils

@@ -47,16 +47,11 @@ def legible(drawn, figure):
     assert len(texts) > 3
     boxes = texts + [("legend", legend.get_window_extent()) for legend in figure.findobj(Legend)]
     cut = [
-        name
-        for name, box in boxes
-        if box.x0 < frame.x0 or box.y0 < frame.y0 or box.x1 > frame.x1 or box.y1 > frame.y1
+        name for name, box in boxes if box.x0 < frame.x0 or box.y0 < frame.y0 or box.x1 > frame.x1 or box.y1 > frame.y1
     ]
     assert not cut, f"cut off: {cut}"
     both = [
-        (a, b)
-        for i, (a, one) in enumerate(texts)
-        for b, two in texts[:i]
-        if one.padded(-1).overlaps(two.padded(-1))
+        (a, b) for i, (a, one) in enumerate(texts) for b, two in texts[:i] if one.padded(-1).overlaps(two.padded(-1))
     ]
     assert not both, f"on one another: {both}"
 

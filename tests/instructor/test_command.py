@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import pytest
+
 from helpers.classroom import LAB, a_class, as_file, code, filled, moodle_zip, worksheet
 from helpers.reference import ROOT
 
@@ -34,9 +35,7 @@ ENV = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", "TMPDIR": str(T
 
 
 def grade(*arguments, status=0):
-    done = subprocess.run(
-        command(*arguments), capture_output=True, text=True, encoding="utf-8", env=ENV, timeout=900
-    )
+    done = subprocess.run(command(*arguments), capture_output=True, text=True, encoding="utf-8", env=ENV, timeout=900)
     assert done.returncode == status, done.stdout + done.stderr
     return done.stdout
 
@@ -67,8 +66,18 @@ def class_of_60(tmp_path_factory):
 
 def options(folder):
     """One seed for all runs, so that their marks can be compared to the last digit."""
-    return (folder / "class.zip", "--moodle", folder / "worksheet.csv", "--partial", "--due", "2026-11-20T00:00",
-            "--seed", "7", "--call", "4")  # fmt: skip
+    return (
+        folder / "class.zip",
+        "--moodle",
+        folder / "worksheet.csv",
+        "--partial",
+        "--due",
+        "2026-11-20T00:00",
+        "--seed",
+        "7",
+        "--call",
+        "4",
+    )
 
 
 def test_each_kind_of_student_gets_what_they_deserve(class_of_60):
@@ -102,9 +111,7 @@ def test_killed_twice_it_ends_with_the_same_marks(class_of_60):
     _, folder = class_of_60
     out = folder / "killed"
     for marks in (40, 300):
-        process = subprocess.Popen(
-            command(*options(folder), "--out", out), env=ENV, stdout=subprocess.DEVNULL
-        )
+        process = subprocess.Popen(command(*options(folder), "--out", out), env=ENV, stdout=subprocess.DEVNULL)
         while count(out) < marks:
             assert process.poll() is None
             time.sleep(0.05)
@@ -197,9 +204,7 @@ def test_a_bad_mark_by_hand_stops_the_run_and_loses_nothing(small):
     table = small / "out" / "grades.csv"
     edit(table, "Ada", "answer-q1", points="7")
     before = table.read_bytes()
-    done = subprocess.run(
-        command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV
-    )
+    done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
     assert done.returncode == 2 and "more than" in done.stderr and "line" in done.stderr
     assert table.read_bytes() == before
 
@@ -248,14 +253,7 @@ def test_late_hand_ins_need_not_count(tmp_path):
     path = as_file(tmp_path / "class" / "Ada" / f"{LAB}.ipynb", filled())
     os.utime(path, (1_800_000_000, 1_800_000_000))
     said = grade(
-        tmp_path / "class",
-        "--out",
-        tmp_path / "out",
-        "--due",
-        "2026-11-20T00:00",
-        "--late",
-        "ignore",
-        status=1,
+        tmp_path / "class", "--out", tmp_path / "out", "--due", "2026-11-20T00:00", "--late", "ignore", status=1
     )
     assert "Ada: It was handed in late" in said
 
@@ -288,16 +286,19 @@ def test_cells_that_were_changed_moved_or_lost(tmp_path):
     handed_in("answer gone", lambda cells: cells.remove(find(cells, "answer-stack")))
     handed_in("answer retyped", lambda cells: find(cells, "answer-stack").update(cell_type="markdown"))
     helper = code("def helper(x):\n    return np.array(x, dtype=float)", "helper")
-    handed_in("own helper", lambda cells: (
-        cells.insert(1, helper),
-        find(cells, "answer-kf").update(source=find(cells, "answer-kf")["source"].replace("np.array(x0, dtype=float)", "helper(x0)")),
-    ))  # fmt: skip
+    handed_in(
+        "own helper",
+        lambda cells: (
+            cells.insert(1, helper),
+            find(cells, "answer-kf").update(
+                source=find(cells, "answer-kf")["source"].replace("np.array(x0, dtype=float)", "helper(x0)")
+            ),
+        ),
+    )
     handed_in("hidden check copied", lambda cells: cells.append(code("exam.same = print", "grade-stack")))
     grade(tmp_path / "class", "--out", tmp_path / "out")
     got = points(tmp_path / "out")
-    assert (
-        got.pop("answer gone") == got.pop("answer retyped") == 3
-    )  # the filter uses stack when it sees something
+    assert got.pop("answer gone") == got.pop("answer retyped") == 3  # the filter uses stack when it sees something
     assert set(got.values()) == {RIGHT}
     notes = {row["student"]: row["notes"] for row in rows(tmp_path / "out", "summary.csv")}
     assert "'answer-stack' is missing" in notes["answer gone"]
@@ -306,17 +307,14 @@ def test_cells_that_were_changed_moved_or_lost(tmp_path):
 def test_on_a_cluster_a_dead_worker_costs_only_time(tmp_path):
     distributed = pytest.importorskip("distributed")
     for i in range(12):
-        as_file(
-            tmp_path / "class" / f"student {i}" / f"{LAB}.ipynb",
-            filled() if i % 3 else filled(answer_kf=None),
-        )
-    with distributed.LocalCluster(
-        n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as cluster:
+        as_file(tmp_path / "class" / f"student {i}" / f"{LAB}.ipynb", filled() if i % 3 else filled(answer_kf=None))
+    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
         process = subprocess.Popen(
             command(tmp_path / "class", "--out", tmp_path / "out", "--scheduler", cluster.scheduler_address),
-            env=ENV, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            env=ENV,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
         time.sleep(4)
         os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL)
         said, _ = process.communicate(timeout=300)
@@ -327,8 +325,10 @@ def test_on_a_cluster_a_dead_worker_costs_only_time(tmp_path):
 def test_no_scheduler(small):
     done = subprocess.run(
         command(small / "class", "--out", small / "out", "--regrade", "all", "--scheduler", "tcp://127.0.0.1:1"),
-        capture_output=True, text=True, env=ENV,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        env=ENV,
+    )
     assert done.returncode == 2 and "No Dask scheduler" in done.stderr
 
 
@@ -355,17 +355,12 @@ def test_two_graders_do_not_share_a_folder(small):
     from labkit.instructor.command import _alone
 
     with _alone(small / "out"):
-        done = subprocess.run(
-            command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV
-        )
+        done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
     assert done.returncode == 2 and "Another labkit grade" in done.stderr
 
 
 def test_an_unknown_lab_is_told(small):
     done = subprocess.run(
-        [*command(small / "class", "--out", small / "out")[:-1], "09_nothing"],
-        capture_output=True,
-        text=True,
-        env=ENV,
+        [*command(small / "class", "--out", small / "out")[:-1], "09_nothing"], capture_output=True, text=True, env=ENV
     )
     assert done.returncode == 2 and "01_cartesian_ekf" in done.stderr

@@ -8,8 +8,23 @@ import pytest
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 
 from labkit import FilterError, Landmark, metrics, replay, wrap
-from labkit.legged import FIELD, FieldLog, FuzzyGrid, Hybrid, LeggedRobot, Memory, Noise, ParticleFilter
-from labkit.legged import Sighting, Triangulation, moved, race, ring, robot, table
+from labkit.legged import (
+    FIELD,
+    FieldLog,
+    FuzzyGrid,
+    Hybrid,
+    LeggedRobot,
+    Memory,
+    Noise,
+    ParticleFilter,
+    Sighting,
+    Triangulation,
+    moved,
+    race,
+    ring,
+    robot,
+    table,
+)
 from labkit.legged.fuzzygrid import FLOOR
 from labkit.legged.race import Result, steps_until_found
 from labkit.legged.restart import backward
@@ -29,9 +44,7 @@ def recorded(noise="real", seed=0, steps=200, kidnap=()):
 
 def cut(log, keep):
     """A log with only those of its sightings that `keep` (M,) says."""
-    return replace(
-        log, **{name: getattr(log, name)[keep] for name in ("seen", "seen_id", "seen_step", "complete")}
-    )
+    return replace(log, **{name: getattr(log, name)[keep] for name in ("seen", "seen_id", "seen_step", "complete")})
 
 
 @cache
@@ -43,14 +56,7 @@ def guided(noise, controls, steps):
     maker = LeggedRobot(noise, rng=0)
     pan, truth = LeggedRobot(noise, rng=1).record(steps).pan, np.array(truth)
     moves = np.tile(np.array(controls, dtype=float), (steps, 1))
-    made = {
-        "map": FIELD.map,
-        "sensor": "rb",
-        "frame": "robot",
-        "truth": truth,
-        "pan": pan,
-        "noise": maker.noise,
-    }
+    made = {"map": FIELD.map, "sensor": "rb", "frame": "robot", "truth": truth, "pan": pan, "noise": maker.noise}
     times = robot.DT * np.arange(steps + 1)
     return FieldLog(times, maker._odometry(moves), **maker._look(truth[1:], pan), **made)
 
@@ -138,9 +144,7 @@ def test_two_fuzzy_headings_are_fused_as_their_product_says(kind):
             between = flanks & (abs(wrap(PHI - one.theta)) + abs(wrap(PHI - two.theta)) < D + 1e-6)
             best = np.where(between, product, -1)
             assert c == 0 and h == pytest.approx(best.max(), abs=2e-3)
-            assert (
-                abs(wrap(PHI[best > best.max() - 1e-9] - theta)).min() < 2e-2 and not (both & ~support).any()
-            )
+            assert abs(wrap(PHI[best > best.max() - 1e-9] - theta)).min() < 2e-2 and not (both & ~support).any()
         else:
             stays, other = (one, two) if one.h * two.b >= two.h * one.b else (two, one)
             assert [c, s, h] == pytest.approx([stays.c, stays.s, stays.h * other.b])
@@ -154,9 +158,7 @@ def test_fusing_does_not_ask_which_comes_first_nor_where_zero_is():
             theta, *shape = map(float, fused(one, two))
             other, *same = map(float, fused(two, one))
             assert same == pytest.approx(shape) and abs(wrap(other - theta)) < 1e-9
-            turned, *same = map(
-                float, fused(replace(one, theta=one.theta + 2), replace(two, theta=two.theta + 2))
-            )
+            turned, *same = map(float, fused(replace(one, theta=one.theta + 2), replace(two, theta=two.theta + 2)))
             assert same == pytest.approx(shape) and abs(wrap(turned - theta - 2)) < 1e-9
 
 
@@ -200,14 +202,8 @@ def test_a_certain_cell_walks_as_the_robot_does_and_does_not_drift(cell, u):
         grid._locate()  # from the cells, where `predict` has gone by odometry
         assert far(grid.xk_k, pose) < 1e-9
     row, column = np.unravel_index(grid.h.argmax(), grid.h.shape)
-    assert (
-        grid.h[row, column] == 1.0
-        and np.hypot(*(pose[:2] - (grid.px[row, column], grid.py[row, column]))) < cell
-    )
-    assert (
-        max(abs(grid.px[row, column] - grid.x[column]), abs(grid.py[row, column] - grid.y[row]))
-        <= cell / 2 + 1e-9
-    )
+    assert grid.h[row, column] == 1.0 and np.hypot(*(pose[:2] - (grid.px[row, column], grid.py[row, column]))) < cell
+    assert max(abs(grid.px[row, column] - grid.x[column]), abs(grid.py[row, column] - grid.y[row])) <= cell / 2 + 1e-9
 
 
 def test_cells_go_along_their_own_headings():
@@ -225,8 +221,7 @@ def sound(grid):
     assert FLOOR <= grid.h.min() and grid.h.max() <= 1 + 1e-12
     assert (grid.c >= 0).all() and (grid.c <= grid.s).all() and (grid.s <= np.pi).all()
     assert (
-        np.isfinite([grid.h, grid.theta, grid.c, grid.s, grid.px, grid.py]).all()
-        and (abs(grid.theta) <= np.pi).all()
+        np.isfinite([grid.h, grid.theta, grid.c, grid.s, grid.px, grid.py]).all() and (abs(grid.theta) <= np.pi).all()
     )
     assert 0 <= grid.quality <= 1 and 0 < grid.size <= 2 * grid.field.half.max() + 1e-9
     believable(grid.xk_k, grid.Pk_k)
@@ -253,12 +248,7 @@ def test_a_grid_stays_sound_and_finds_the_robot(noise, cell):
     off = np.hypot(*(np.array(found) - log.truth[1:])[:, :2].T)
     assert np.median(off[30:75]) < 0.3 and np.median(off[110:]) < 0.4
     grid.reset()
-    assert (
-        (grid.h == 1).all()
-        and (grid.c == np.pi).all()
-        and grid.quality == 0
-        and grid.size == pytest.approx(5.8)
-    )
+    assert (grid.h == 1).all() and (grid.c == np.pi).all() and grid.quality == 0 and grid.size == pytest.approx(5.8)
     assert grid.Pk_k[0, 0] + grid.Pk_k[1, 1] == pytest.approx((5.8**2 + 4**2) / 12)
 
 
@@ -345,9 +335,7 @@ def test_a_memory_knows_where_things_are_now_and_were_then():
         np.testing.assert_allclose(far(moved(then, past.since), log.truth[k + 1]), 0, atol=1e-9)
         away = past.places - then[:, :2]
         np.testing.assert_allclose(np.hypot(*away.T), past.seen[:, 0])
-        np.testing.assert_allclose(
-            wrap(np.arctan2(*away.T[::-1]) - then[:, 2] - past.seen[:, 1]), 0, atol=1e-9
-        )
+        np.testing.assert_allclose(wrap(np.arctan2(*away.T[::-1]) - then[:, 2] - past.seen[:, 1]), 0, atol=1e-9)
 
 
 def test_a_memory_says_how_good_each_sighting_was():
@@ -715,9 +703,7 @@ def carried():
 
     names = ["EKF alone", "MCL + EKF", "grid + EKF", "grid (backgr.) + EKF", "memory + EKF"]
     logs = [recorded("real", seed, 300, 150) for seed in range(RUNS)]
-    return {
-        r.name: r for r in race({"paper's rule": paper, **{name: CONTESTANTS[name] for name in names}}, logs)
-    }
+    return {r.name: r for r in race({"paper's rule": paper, **{name: CONTESTANTS[name] for name in names}}, logs)}
 
 
 @cache
@@ -779,8 +765,17 @@ def run(contestant, case):
     return replay(CONTESTANTS[contestant](log), log)
 
 
-CASES = ["nothing in view, ever", "nothing in view any more", "nothing but lies", "out of the field",
-         "out of the field, blind", "round and round", "standing", "standing, blind", "exact"]  # fmt: skip
+CASES = [
+    "nothing in view, ever",
+    "nothing in view any more",
+    "nothing but lies",
+    "out of the field",
+    "out of the field, blind",
+    "round and round",
+    "standing",
+    "standing, blind",
+    "exact",
+]
 
 
 @pytest.mark.filterwarnings("error")
@@ -847,11 +842,7 @@ def test_a_race_runs_everyone_over_everything():
         ({}, [recorded()], "contestants is empty"),
         ({"a": still}, [recorded(steps=20), recorded(steps=21)], "logs of one length"),
         ({"a": still}, [recorded(steps=20), recorded(steps=20, kidnap=5)], "kidnapping at the same step"),
-        (
-            {"a": still},
-            [recorded(steps=20, kidnap=6), recorded(steps=20, kidnap=5)],
-            "kidnapping at the same step",
-        ),
+        ({"a": still}, [recorded(steps=20, kidnap=6), recorded(steps=20, kidnap=5)], "kidnapping at the same step"),
     ],
 )
 def test_what_no_race_can_be_is_named(contestants, logs, message):
@@ -861,10 +852,7 @@ def test_what_no_race_can_be_is_named(contestants, logs, message):
 
 def test_a_contestant_that_breaks_is_told_where():
     with pytest.raises(FilterError, match="stopped in step 1 of 20"):
-        race(
-            {"a": lambda log: type("KF", (Triangulation,), {"update": lambda self, y: 1 / 0})()},
-            [recorded(steps=20)],
-        )
+        race({"a": lambda log: type("KF", (Triangulation,), {"update": lambda self, y: 1 / 0})()}, [recorded(steps=20)])
 
 
 def test_found_means_near_and_staying_so():
@@ -874,10 +862,7 @@ def test_found_means_near_and_staying_so():
     assert steps_until_found(near[:10]) == 1
     assert steps_until_found(np.concatenate([far_off, near])) == 21
     assert steps_until_found(np.concatenate([near[:9], far_off[:1], near])) == 11  # nine are not enough
-    assert (
-        np.isnan(steps_until_found(np.full(20, 0.3)))
-        and steps_until_found(np.full(20, 0.3), within=0.31) == 1
-    )
+    assert np.isnan(steps_until_found(np.full(20, 0.3))) and steps_until_found(np.full(20, 0.3), within=0.31) == 1
     assert steps_until_found(far_off * [*[1] * 15, *[0.1] * 5], hold=5) == 16
 
 

@@ -13,17 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from labkit import make_filter, replay
-from labkit.legged import (
-    FuzzyGrid,
-    LeggedRobot,
-    Memory,
-    ParticleFilter,
-    explore,
-    play,
-    race,
-    show_beliefs,
-    show_walk,
-)
+from labkit.legged import FuzzyGrid, LeggedRobot, Memory, ParticleFilter, explore, play, race, show_beliefs, show_walk
 from labkit.legged.plots import BeliefPanel, believed, plot_experiment, plot_race
 from labkit.legged.widgets import Explorer
 
@@ -52,12 +42,7 @@ def history(log):
 def test_the_check_itself_finds_what_is_cut_off_and_what_overlaps(drawn):
     figure = Figure((3, 2), dpi=100)
     FigureCanvasAgg(figure)
-    for where, name in [
-        ((0.3, 0.5), "one"),
-        ((0.33, 0.5), "two"),
-        ((0.6, 0.2), "three"),
-        ((0.6, 0.8), "four"),
-    ]:
+    for where, name in [((0.3, 0.5), "one"), ((0.33, 0.5), "two"), ((0.6, 0.2), "three"), ((0.6, 0.8), "four")]:
         figure.text(*where, name)
     figure.canvas.draw()
     with pytest.raises(AssertionError, match="on one another"):
@@ -200,9 +185,7 @@ def test_the_papers_experiments_are_drawn(drawn, preset):
     off = np.hypot(*(history(log).x - log.truth)[:, :2].T)
     np.testing.assert_allclose(axes[0, 2].lines[0].get_ydata(), 100 * off)
     for ax in axes.flat:
-        assert (
-            ax.lines[1].get_ydata()[0] < ax.get_ylim()[1] and max(ax.lines[0].get_ydata()) < ax.get_ylim()[1]
-        )
+        assert ax.lines[1].get_ydata()[0] < ax.get_ylim()[1] and max(ax.lines[0].get_ydata()) < ax.get_ylim()[1]
 
 
 # Sliders
@@ -262,13 +245,8 @@ def test_what_the_picture_says_is_what_the_filter_did():
     h = replay(hybrid(log, FuzzyGrid(log.noise.told())), log)
     sure = h.P[:, :2, :2].trace(axis1=1, axis2=2) < 1
     np.testing.assert_array_equal(walk.estimate.get_xydata()[sure], h.x[sure, :2])
-    np.testing.assert_allclose(
-        distance.distance.get_ydata(), np.hypot(*(h.x - log.truth)[:, :2].T).clip(0.005, 8)
-    )
-    assert list(distance.kidnap.get_xdata()[:2]) == [15, 15] and list(surprise.bound.get_ydata()) == [
-        13.8,
-        13.8,
-    ]
+    np.testing.assert_allclose(distance.distance.get_ydata(), np.hypot(*(h.x - log.truth)[:, :2].T).clip(0.005, 8))
+    assert list(distance.kidnap.get_xdata()[:2]) == [15, 15] and list(surprise.bound.get_ydata()) == [13.8, 13.8]
     assert len(surprise.dots.get_xdata()) > 100 and 0 < len(surprise.find.get_xdata()) < 100
 
 
@@ -344,9 +322,7 @@ def test_beliefs_are_played_side_by_side(drawn, count):
     box = play(side_by_side(log, count), log, most=30)
     (figure,) = drawn
     legible(drawn, figure)
-    assert {"fuzzy grid", "your EKF", "500 particles"} & set(names(drawn, figure)) == set(
-        side_by_side(log, count)
-    )
+    assert {"fuzzy grid", "your EKF", "500 particles"} & set(names(drawn, figure)) == set(side_by_side(log, count))
     assert kept(box)["text/plain"] == "120 steps of a walk on the field"
     slider, image = widgets(box, "IntSlider")[0], widgets(box, "Image")[0]
     frames = [image.value]

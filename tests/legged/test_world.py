@@ -49,9 +49,7 @@ def errors(noise):
     for log in logs(noise):
         right = expected(log)
         goal = np.array([is_goal(name) for name in log.seen_id.tolist()], dtype=bool)
-        parts.append(
-            (log.seen[:, 0] / right[:, 0] - 1, wrap(log.seen[:, 1] - right[:, 1]), goal, log.complete)
-        )
+        parts.append((log.seen[:, 0] / right[:, 0] - 1, wrap(log.seen[:, 1] - right[:, 1]), goal, log.complete))
     return [np.concatenate(part) for part in zip(*parts)]
 
 
@@ -76,9 +74,7 @@ def test_the_field_is_that_of_the_rules():
 
 def test_a_sighting_is_a_landmark_with_a_word_on_how_much_of_it_was_seen():
     whole, part = Sighting((1, 0.5), "blue goal"), Sighting((2, 0), "blue goal", complete=0)
-    assert repr(part) == "Sighting([2., 0.], id='blue goal', complete=False)" and "complete=True" in repr(
-        whole
-    )
+    assert repr(part) == "Sighting([2., 0.], id='blue goal', complete=False)" and "complete=True" in repr(whole)
     assert whole == part == "blue goal" == Landmark((0, 0), "blue goal") and {whole, part} == {whole}
     assert whole != Sighting((1, 0.5), "yellow goal") and FIELD.map[FIELD.map.index(part)].id == "blue goal"
     assert Landmark((0, 0), 1).complete
@@ -203,9 +199,7 @@ def test_measurements_come_by_step_and_fresh():
     assert again.complete == log.complete[0]
 
 
-@pytest.mark.parametrize(
-    "name", ["times", "controls", "seen", "seen_id", "seen_step", "truth", "complete", "pan"]
-)
+@pytest.mark.parametrize("name", ["times", "controls", "seen", "seen_id", "seen_step", "truth", "complete", "pan"])
 def test_a_log_is_read_only(name):
     assert not getattr(logs(PRESETS["real"])[0], name).flags.writeable
 
@@ -213,9 +207,7 @@ def test_a_log_is_read_only(name):
 def test_a_log_can_be_changed_into_another_one():
     log = logs(PRESETS["real"])[0]
     few = log.seen_step < 50
-    cut = replace(
-        log, name="cut", **{k: getattr(log, k)[few] for k in ("seen", "seen_id", "seen_step", "complete")}
-    )
+    cut = replace(log, name="cut", **{k: getattr(log, k)[few] for k in ("seen", "seen_id", "seen_step", "complete")})
     assert cut.name == "cut" and sum(map(len, cut.measurements())) == few.sum() == len(cut.complete)
     assert cut.count[50:].sum() == 0 and cut.noise is log.noise and len(log.seen) > few.sum()
 
@@ -231,9 +223,7 @@ def test_the_robot_walks_as_it_can_and_stays_on_the_field():
         assert (abs(log.truth[:, :2]) <= FIELD.half - FIELD.margin).all()
         reached.append(abs(log.truth[:, :2]).max(axis=0))
     assert (np.max(reached, axis=0) > 0.8 * FIELD.half).all()  # and it comes about
-    assert (
-        0.005 < np.mean([(np.hypot(*motions(log)[:, :2].T) == 0).mean() for log in logs(PLAIN)]) < 0.2
-    )  # and rests
+    assert 0.005 < np.mean([(np.hypot(*motions(log)[:, :2].T) == 0).mean() for log in logs(PLAIN)]) < 0.2  # and rests
 
 
 @pytest.mark.parametrize("kidnap", [(), 25])
@@ -302,9 +292,7 @@ def test_uniform_errors_keep_within_their_bounds():
         right, goal = expected(log), np.array([is_goal(name) for name in log.seen_id.tolist()])
         most = np.where(goal, noise.range_goal, noise.range_beacon) * right[:, 0] + noise.range_floor
         turn = np.where(log.complete, noise.bearing, noise.bearing_partial)
-        off = np.stack(
-            [(log.seen[:, 0] - right[:, 0]) / most, wrap(log.seen[:, 1] - right[:, 1]) / turn], axis=1
-        )
+        off = np.stack([(log.seen[:, 0] - right[:, 0]) / most, wrap(log.seen[:, 1] - right[:, 1]) / turn], axis=1)
         move = motions(log)
         odd = (log.controls - move) / (noise.odometry * abs(move) + [noise.slip, noise.slip, noise.spin])
         assert abs(off).max() <= 1 + 1e-9 and abs(odd).max() <= 1 + 1e-6
@@ -340,9 +328,7 @@ def test_as_many_images_lie_as_asked_for(share):
     assert count.max() == 1 and abs(count.mean() - share) <= 5 * (share * (1 - share) / count.size) ** 0.5
     off = np.concatenate([wrap(log.seen[:, 1] - log.pan[log.seen_step]) for log in lies])
     assert abs(off).max() <= FOV / 2 + 1e-9 and off.std() == pytest.approx(FOV / 12**0.5, rel=0.15)
-    assert len({name for log in lies for name in log.seen_id.tolist()}) == 6 and all(
-        log.complete.all() for log in lies
-    )
+    assert len({name for log in lies for name in log.seen_id.tolist()}) == 6 and all(log.complete.all() for log in lies)
     wrong = np.concatenate([abs(log.seen[:, 0] - expected(log)[:, 0]) for log in lies])
     assert wrong.mean() > 1
 
@@ -393,9 +379,7 @@ def test_every_beacon_in_the_picture_is_seen():
             for lm in FIELD.map[2:]:
                 away = lm - pose[:2]
                 at = wrap(np.arctan2(away[1], away[0]) - pose[2] - log.pan[k])
-                assert ((k, lm.id) in seen) == (
-                    abs(at) - np.arctan(FIELD.beacon / 2 / np.hypot(*away)) < FOV / 2
-                )
+                assert ((k, lm.id) in seen) == (abs(at) - np.arctan(FIELD.beacon / 2 / np.hypot(*away)) < FOV / 2)
 
 
 def test_a_field_of_ones_own_has_its_own_landmarks_and_walls():

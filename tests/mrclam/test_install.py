@@ -10,11 +10,13 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.real_data import set7
 
-from labkit.mrclam import install as datasets, example as mrclam_example
 from labkit import mrclam
+from labkit.mrclam import example as mrclam_example
+from labkit.mrclam import install as datasets
 from labkit.mrclam.files import FILES, DataError, set_number, verify
+
+from helpers.real_data import set7
 
 NAME = "MRCLAM_Dataset7"
 
@@ -81,7 +83,13 @@ def test_finding_a_set(data):
 
 @pytest.mark.parametrize(
     "name, number",
-    [("MRCLAM_Dataset7", 7), ("mrclam dataset 3 (1).zip", 3), ("MRCLAM9", 9), ("MRCLAM_Dataset12", None), ("data", None)],
+    [
+        ("MRCLAM_Dataset7", 7),
+        ("mrclam dataset 3 (1).zip", 3),
+        ("MRCLAM9", 9),
+        ("MRCLAM_Dataset12", None),
+        ("data", None),
+    ],
 )
 def test_the_number_in_a_name(name, number):
     assert set_number(name) == number
@@ -199,9 +207,17 @@ def cut(path):
         ("Robot3_Odometry.dat", lambda p: p.write_text("# none\n"), "Robot3_Odometry.dat has no rows"),
         ("Robot3_Odometry.dat", lambda p: p.write_text("1.2e9 0 0\n1.1e9 0 0\n"), "times run backwards"),
         ("Robot3_Odometry.dat", lambda p: p.write_text("5 0 0\n6 0 0\n"), "robot 3 share no time"),
-        ("Robot3_Odometry.dat", lambda p: p.write_text("5 0 0\n6 0\n7 0 0\n"), "Robot3_Odometry.dat: line 2 should be 3"),
+        (
+            "Robot3_Odometry.dat",
+            lambda p: p.write_text("5 0 0\n6 0\n7 0 0\n"),
+            "Robot3_Odometry.dat: line 2 should be 3",
+        ),
         ("Barcodes.dat", lambda p: p.write_text("<html>404</html>\n"), "Barcodes.dat: line 1 should be 2 numbers"),
-        ("Robot1_Measurement.dat", lambda p: p.write_bytes(b"\xff\xfe\x00"), "Robot1_Measurement.dat is not a plain text"),
+        (
+            "Robot1_Measurement.dat",
+            lambda p: p.write_bytes(b"\xff\xfe\x00"),
+            "Robot1_Measurement.dat is not a plain text",
+        ),
     ],
 )
 def test_what_is_wrong_is_said(copy, data, capsys, name, spoil, told):
@@ -218,7 +234,9 @@ def test_all_faults_are_told_at_once_and_a_robot_that_saw_nothing_is_none(copy):
     assert "verified" in verify(copy)
     (copy / "Barcodes.dat").unlink()
     cut(copy / "Robot5_Groundtruth.dat")
-    with pytest.raises(DataError, match=r"(?s)missing: Barcodes.dat.*Robot5_Groundtruth|Robot5_Ground.*missing: Barcodes"):
+    with pytest.raises(
+        DataError, match=r"(?s)missing: Barcodes.dat.*Robot5_Groundtruth|Robot5_Ground.*missing: Barcodes"
+    ):
         verify(copy)
 
 

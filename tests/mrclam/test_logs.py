@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.real_data import set7
 
 import labkit.metrics as metrics
 from labkit import mrclam, replay, wrap
 from labkit.mrclam import example as mrclam_example
 from labkit.mrclam.files import FILES, DataError, read_table, write_set
+
+from helpers.real_data import set7
 
 ROOT = Path(__file__).resolve().parents[2]
 EPOCH = 1.2e9
@@ -205,7 +206,9 @@ def test_a_line_of_garbage_is_named(small, bad):
         mrclam.read(small[0], 1)
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe1\x002\x00", b"PK\x03\x04\x90\xfe", b"\x00" * 50 + b"\n", b"\x89PNG\r\n"])
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe1\x002\x00", b"PK\x03\x04\x90\xfe", b"\x00" * 50 + b"\n", b"\x89PNG\r\n"]
+)
 def test_what_is_no_text_is_told(small, content):
     (small[0] / "Robot1_Groundtruth.dat").write_bytes(content)
     with pytest.raises(DataError, match="Robot1_Groundtruth.dat"):

@@ -3,14 +3,15 @@
 import json
 
 import pytest
-from helpers.notebooks import LAB1, code, released, save
 
+from labkit.checks.feedback import LabError
 from labkit.notebook import answers
 from labkit.notebook import read as notebook
+from labkit.notebook.answers import EarlierLabError, load_answer
+from labkit.notebook.read import NotebookError, read
 from labkit.notebook.session import Session, plain
-from labkit.checks.feedback import Told
-from labkit.notebook.answers import AnswerMissing, load_answer
-from labkit.notebook.read import Unreadable, read
+
+from helpers.notebooks import LAB1, code, released, save
 
 FILTER = "    def update(self, y):"  # a line of the answer cell of lab 1
 
@@ -45,28 +46,36 @@ BAD = {
 def test_a_file_that_is_no_notebook_is_told_in_one_line(tmp_path, says):
     path = tmp_path / "a.ipynb"
     path.write_bytes(BAD[says])
-    with pytest.raises(Unreadable) as caught:
+    with pytest.raises(NotebookError) as caught:
         read(path)
     assert says.rstrip(":.") in str(caught.value) and "a.ipynb" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_missing_folders_and_large_files(tmp_path, monkeypatch):
-    with pytest.raises(Unreadable, match="does not exist"):
+    with pytest.raises(NotebookError, match="does not exist"):
         read(tmp_path / "no.ipynb")
-    with pytest.raises(Unreadable, match="is a folder"):
+    with pytest.raises(NotebookError, match="is a folder"):
         read(tmp_path)
     monkeypatch.setattr(notebook, "MAX_BYTES", 1000)
-    with pytest.raises(Unreadable, match="clear its outputs"):
+    with pytest.raises(NotebookError, match="clear its outputs"):
         read(save(tmp_path / "a.ipynb", GOOD))
 
 
 def test_roles_come_from_metadata_then_tags_then_ids(tmp_path):
-    content = {"nbformat": 4, "cells": [
-        code("1", "setup"), code("2", "x1", labkit="answer"), code("3", "x2", tags=["hide", "check"]),
-        code("4", "answer-kf"), code("5", "9f3a"), code("6", "answer-x", labkit="show"), code("7", None, labkit=3, tags=3),
-        {"cell_type": "markdown", "source": ["a\n", "b"], "id": "text-1"},
-    ]}  # fmt: skip
+    content = {
+        "nbformat": 4,
+        "cells": [
+            code("1", "setup"),
+            code("2", "x1", labkit="answer"),
+            code("3", "x2", tags=["hide", "check"]),
+            code("4", "answer-kf"),
+            code("5", "9f3a"),
+            code("6", "answer-x", labkit="show"),
+            code("7", None, labkit=3, tags=3),
+            {"cell_type": "markdown", "source": ["a\n", "b"], "id": "text-1"},
+        ],
+    }
     found = read(save(tmp_path / "a.ipynb", content))
     assert [c.role for c in found] == ["setup", "answer", "check", "answer", "own", "show", "own", "text"]
     assert [c.label for c in found][1:5] == ["cell 2", "cell 3", "cell 'answer-kf'", "cell 5"]
@@ -76,14 +85,17 @@ def test_roles_come_from_metadata_then_tags_then_ids(tmp_path):
 # Cells
 
 
-@pytest.mark.parametrize("source, result", [
-    ("%matplotlib inline\nx = 1", "None\nx = 1"),
-    ("if 1:\n    !ls\n    y = 2", "if 1:\n    None\n    y = 2"),
-    ("files = !ls\nnp.kron?\n?np.kron", "files = None\nNone\nNone"),
-    ("%%time\nx = 1", "None\nx = 1"),
-    ("%%bash\nrm -rf x", ""),
-    ("x = (7\n     % 4)", "x = (7\n     % 4)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "source, result",
+    [
+        ("%matplotlib inline\nx = 1", "None\nx = 1"),
+        ("if 1:\n    !ls\n    y = 2", "if 1:\n    None\n    y = 2"),
+        ("files = !ls\nnp.kron?\n?np.kron", "files = None\nNone\nNone"),
+        ("%%time\nx = 1", "None\nx = 1"),
+        ("%%bash\nrm -rf x", ""),
+        ("x = (7\n     % 4)", "x = (7\n     % 4)"),
+    ],
+)
 def test_magics_are_taken_out(source, result):
     assert plain(source) == result
 
@@ -118,8 +130,13 @@ def test_a_class_needs_no_cell_for_the_names_that_it_makes_itself(tmp_path):
 
 def test_a_cell_that_stops_is_told_if_it_matters(tmp_path):
     check = ("check-f", "def check(name, f):\n    f()\ncheck('f', f)")
-    told, _ = events(tmp_path, ("own", "import nothing_like_it as n\nhelp_me = n.one"), ("own2", "1 / 0"),
-                     ("answer-f", "def f():\n    return help_me"), check)  # fmt: skip
+    told, _ = events(
+        tmp_path,
+        ("own", "import nothing_like_it as n\nhelp_me = n.one"),
+        ("own2", "1 / 0"),
+        ("answer-f", "def f():\n    return help_me"),
+        check,
+    )
     assert len(told) == 1 and told[0].check == "f"
     assert "cell 'answer-f', in f, line 2:  return help_me" in told[0].lines
     assert any("`help_me` comes from cell 1, which stopped: ModuleNotFoundError" in line for line in told[0].lines)
@@ -173,15 +190,15 @@ def test_load_answer_tells_if_its_check_does_not_pass_yet(tmp_path, capsys, monk
 
 
 def test_load_answer_says_what_to_do(tmp_path):
-    with pytest.raises(AnswerMissing, match=r"Fill in `KF` in lab 1 first.*Ctrl\+S.*again"):
+    with pytest.raises(EarlierLabError, match=r"Fill in `KF` in lab 1 first.*Ctrl\+S.*again"):
         load_answer(LAB1, "KF", tmp_path)
     save(tmp_path / f"{LAB1}.ipynb", released(LAB1, (FILTER, FILTER[:-1])))
-    with pytest.raises(AnswerMissing) as caught:
+    with pytest.raises(EarlierLabError) as caught:
         load_answer(LAB1, "KF", tmp_path)
     text = str(caught.value)
     assert "SyntaxError" in text and f"{LAB1}, cell 'answer-kf', line" in text and FILTER[:-1].strip() in text
     save(tmp_path / f"{LAB1}.ipynb", "{")
-    with pytest.raises(Told, match="ends in the middle"):
+    with pytest.raises(LabError, match="ends in the middle"):
         load_answer(LAB1, "KF", tmp_path)
 
 

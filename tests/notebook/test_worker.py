@@ -4,9 +4,10 @@ import subprocess
 import sys
 
 import pytest
-from helpers.notebooks import LAB1, LAB2, released, save
 
 from labkit import cli
+
+from helpers.notebooks import LAB1, LAB2, released, save
 
 LOOP = "p = len(y)\n"
 
@@ -44,7 +45,10 @@ def test_an_unfilled_notebook_is_still_to_be_written(tmp_path, capsys):
     status, out, _ = run(capsys, save(tmp_path / f"{LAB2}.ipynb", released(LAB2, fill=False)))
     assert status == 1
     assert out[0].startswith(f"FAIL  {LAB2}  cell 'setup'  Fill in `KF` in lab 1 first")
-    assert sum("FAIL" in line and "still to be written" in line for line in out) == 3 and out[-1] == "0 of 3 checks passed."
+    assert (
+        sum("FAIL" in line and "still to be written" in line for line in out) == 3
+        and out[-1] == "0 of 3 checks passed."
+    )
 
 
 def test_an_endless_loop_is_named_with_its_line(tmp_path, capsys):
@@ -56,10 +60,13 @@ def test_an_endless_loop_is_named_with_its_line(tmp_path, capsys):
     assert out[4] == "2 of 3 checks passed."
 
 
-@pytest.mark.parametrize("code, says", [
-    ("import os; os._exit(7)", "Python itself ended here"),
-    ("import re; re.match('(a+)+$', 'a' * 50 + 'b')", "still running after 0.5 s, inside a library"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "code, says",
+    [
+        ("import os; os._exit(7)", "Python itself ended here"),
+        ("import re; re.match('(a+)+$', 'a' * 50 + 'b')", "still running after 0.5 s, inside a library"),
+    ],
+)
 def test_what_ends_or_blocks_python_itself(tmp_path, capsys, code, says):
     path = save(tmp_path / "a.ipynb", released(LAB1, (LOOP, f"{LOOP}        {code}\n")))
     status, out, _ = run(capsys, "--timeout", "0.5", path)

@@ -22,6 +22,7 @@ from labkit.team import (
 )
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.pairs import PairFilters
+
 from helpers.team_answers import answer, started
 
 NOISE = TeamNoise()
@@ -160,9 +161,7 @@ def test_the_spread_of_a_point_is_that_of_many():
         assert np.allclose(np.cov(point.T), expected_spread(d, 0.7, sigma_d, sigma), rtol=0.03, atol=0.003)
         # Each reading's own spread makes the errors right on average, one by one.
         e, C = point - middle, spread(r, alpha, sigma_d, sigma)
-        assert np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]).mean() == pytest.approx(
-            2, rel=0.05
-        )
+        assert np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]).mean() == pytest.approx(2, rel=0.05)
         added = (r + shift(r, sigma))[:, None] * out
         assert np.linalg.norm(added.mean(axis=0) - middle) < 0.1 * np.linalg.norm(
             (r[:, None] * out).mean(axis=0) - middle
@@ -184,9 +183,7 @@ def test_points_with_the_spread_of_their_own_reading_deceive():
     for seed in range(4):
         log = scenarios.cross(rng=seed, noise=told)
         for name in values:
-            values[name].append(
-                nees(*replay(started(log, seed, told, name, inflate=1.0), log), log.truth).mean()
-            )
+            values[name].append(nees(*replay(started(log, seed, told, name, inflate=1.0), log), log.truth).mean())
     mean = {name: np.mean(value) for name, value in values.items()}
     assert mean["ConvertedKF"] == pytest.approx(mean["GroupEKF"], abs=0.2) and mean["AtReading"] > 2
 

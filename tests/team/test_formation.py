@@ -5,6 +5,7 @@ import pytest
 
 from labkit.team import Team, TeamNoise
 from labkit.team.formation import CROSSING, START, WAY, run, slots, triangle
+
 from helpers.team_answers import answer
 
 

@@ -25,6 +25,7 @@ from labkit.team import (
     scenarios,
 )
 from labkit.team.pairs import PairFilters
+
 from helpers.team_answers import started
 
 NOISE = TeamNoise()
@@ -45,9 +46,7 @@ def test_the_papers_filter_is_too_sure_and_fails_where_observers_move():
 def test_who_is_never_seen_is_known_worse_and_worse_and_says_so():
     values, spreads = [], []
     for seed in range(15):
-        team = Team(
-            [(0, 0, 0), (4, 1, np.pi), (-3, -2, 0.5)], WHITE, sees=[(0, 1), (1, 0)], fov=2 * np.pi, rng=seed
-        )
+        team = Team([(0, 0, 0), (4, 1, np.pi), (-3, -2, 0.5)], WHITE, sees=[(0, 1), (1, 0)], fov=2 * np.pi, rng=seed)
         commands = np.array([[0.2, 0.3], [0.2, 0.3], [0.3, 0.2]])
         log = team.record(lambda team: commands, 200)
         x, P = replay(started(log, seed, WHITE, inflate=1.0), log)
@@ -61,10 +60,7 @@ def test_who_is_never_seen_is_known_worse_and_worse_and_says_so():
 
 def test_nothing_but_false_readings_is_no_silent_frame():
     team = Team(
-        [(3, 2, np.pi), (-5, -4, 0.7), (5, 4, -2.4)],
-        sees=[(1, 0), (2, 0)],
-        rng=1,
-        spurious=(-20, -20, 40, 40, 1.0),
+        [(3, 2, np.pi), (-5, -4, 0.7), (5, 4, -2.4)], sees=[(1, 0), (2, 0)], rng=1, spurious=(-20, -20, 40, 40, 1.0)
     )
     log = team.record(Route({0: scenarios.RECTANGLE}), 250)
     with pytest.warns(FrameWarning, match="not to be trusted"):
@@ -110,10 +106,7 @@ TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
 @pytest.mark.parametrize(
     "make, told",
     [
-        (
-            lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)),
-            "tell too little",
-        ),
+        (lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)), "tell too little"),
         (lambda: by_alignment(TRACK, np.ones(29), np.zeros(30)), "must be"),
         (lambda: by_alignment(np.zeros((30, 3)), np.ones(30), np.zeros(30)), "track must be"),
         (lambda: align(np.ones((4, 2)) * np.nan, TRACK[:4]), "must be finite"),
@@ -132,14 +125,8 @@ TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
             lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, -1], np.ones((2, 2))),
             "who must name",
         ),
-        (
-            lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, 1], np.ones((2, 2))),
-            "two readings",
-        ),
-        (
-            lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([0, 1], np.ones((1, 2))),
-            "who must name",
-        ),
+        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([1, 1], np.ones((2, 2))), "two readings"),
+        (lambda: PairFilters(np.ones((2, 3)), [np.eye(3)] * 2, WHITE).update([0, 1], np.ones((1, 2))), "who must name"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_sentence(make, told):

@@ -8,13 +8,25 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helpers.drawings import kept, legible, names, pixels, shown, widgets
-from helpers.browser import answers, cells
 from labkit.canvas import Canvas
-from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, laid, play, plots
-from labkit.team import replay, scenarios
+from labkit.team import (
+    Route,
+    Team,
+    TeamNoise,
+    dead_reckoned,
+    explore,
+    frame_errors,
+    laid,
+    play,
+    plots,
+    replay,
+    scenarios,
+)
 from labkit.team import widgets as kit
 from labkit.team.formation import WAY, run, triangle
+
+from helpers.browser import answers, cells
+from helpers.drawings import kept, legible, names, pixels, shown, widgets
 from helpers.team_answers import answer, started
 
 # One filter of figure 6 deserves its warning.

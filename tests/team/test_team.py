@@ -18,11 +18,13 @@ from labkit.team import (
     frame_errors,
     laid,
     replay,
+    scenarios,
+    seen_from,
 )
-from labkit.team import scenarios, seen_from
 from labkit.team.bound import least_squares
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
+
 from helpers.team_answers import answer, start_errors, started
 
 WHITE = dataclasses.replace(TeamNoise(), scale=0.0, turn_scale=0.0, drift=0.0)
@@ -75,10 +77,7 @@ def test_readings_scatter_as_told():
         (lambda: Team(TWO, sees=[(1, 1)]), "sees must name"),
         (lambda: TeamNoise(range=-1), "range must be a number"),
         (lambda: TeamNoise(walk=np.nan), "walk must be a number"),
-        (
-            lambda: TeamParticles(3, np.zeros((2, 3)), np.eye(6), TeamNoise()),
-            "m must be a number of particles",
-        ),
+        (lambda: TeamParticles(3, np.zeros((2, 3)), np.eye(6), TeamNoise()), "m must be a number of particles"),
         (lambda: PairFilters(np.zeros((2, 2)), np.eye(3), TeamNoise()), "poses must be"),
         (lambda: align(np.zeros((3, 2)), np.zeros((2, 2))), "same shape"),
         (lambda: align(np.ones((3, 2)), np.zeros((3, 2))), "two different points"),
@@ -148,9 +147,10 @@ def test_a_start_without_a_way_is_refused_in_a_sentence():
 # Filters
 
 
-@pytest.mark.parametrize("scenario, aligned, ego", [
-    (scenarios.cross, 0.021, 0.023), (scenarios.rectangle, 0.019, 0.018), (scenarios.moving, 0.021, 0.062),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "scenario, aligned, ego",
+    [(scenarios.cross, 0.021, 0.023), (scenarios.rectangle, 0.019, 0.018), (scenarios.moving, 0.021, 0.062)],
+)
 def test_the_joint_filter_reaches_its_figures(scenario, aligned, ego):
     errors = []
     for seed in range(8):
@@ -172,9 +172,7 @@ def test_with_white_noise_the_filter_is_honest_and_at_the_end_as_good_as_least_s
         e = x[::20] - log.truth[::20]
         e[..., 2] = wrap(e[..., 2])
         e = e.reshape(len(e), -1)
-        values.append(
-            np.einsum("ki,ki->k", e, np.linalg.solve(P[::20] + 1e-12 * np.eye(9), e[..., None])[..., 0])
-        )
+        values.append(np.einsum("ki,ki->k", e, np.linalg.solve(P[::20] + 1e-12 * np.eye(9), e[..., None])[..., 0]))
         best = least_squares(log, x0, P0, WHITE)
         ratios.append(frame_errors(x, log.truth).ego[-1] / frame_errors(best, log.truth).ego[-1])
     low, high = metrics.chi2_bounds(9, runs=20, level=0.99)
@@ -206,9 +204,7 @@ def test_a_minute_without_sight_loses_nobody():
 def test_pair_filters_and_particles_agree_with_the_joint_filter():
     log = scenarios.moving(rng=2)
     views = seen_from(log.truth[:, 1:], log.truth[:, [0]])
-    kf = PairFilters(
-        views[0] + [0.1, -0.1, 0.01], np.tile(np.diag([0.02, 0.02, 0.0004]), (4, 1, 1)), TeamNoise()
-    )
+    kf = PairFilters(views[0] + [0.1, -0.1, 0.01], np.tile(np.diag([0.02, 0.02, 0.0004]), (4, 1, 1)), TeamNoise())
     off = []
     for k, (u, seen) in enumerate(zip(log.odometry, log.seen())):
         kf.predict(u[0], u[1:])

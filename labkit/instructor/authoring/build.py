@@ -28,7 +28,7 @@ _HIDDEN = re.compile(r"^[ \t]*### BEGIN HIDDEN TESTS\n.*?^[ \t]*### END HIDDEN T
 _MARKER = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION\n?", re.M)
 
 
-class Drifted(Exception):
+class DriftError(Exception):
     """A source that cannot be built, or a built file that no longer agrees with its source."""
 
 
@@ -46,7 +46,7 @@ def main(names=(), check=False, run=True):
             numbers.write(ROOT)
         for script in scripts:
             problems += compare(script, run) if check else write(script, run)
-    except (Drifted, numbers.Unclear) as error:
+    except (DriftError, numbers.SpecError) as error:
         problems.append(str(error))
     for problem in problems:
         print(problem, file=sys.stderr)
@@ -66,33 +66,42 @@ def source(script):
         kind = "show" if cell.cell_type == "code" else "text"
         cell.id = cell.metadata.pop("id", f"{kind}-{number:02d}")
         if cell.id in ids:
-            raise Drifted(f"{script.name}: two cells have the id '{cell.id}'")
+            raise DriftError(f"{script.name}: two cells have the id '{cell.id}'")
         ids.add(cell.id)
         roles = [role for role in ROLES if role in tags and "hidden" not in tags]
         cell.metadata["labkit"] = role = roles[0] if roles else kind
         if role == "answer" or "points" in cell.metadata:
             cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
     notebook.nbformat, notebook.nbformat_minor = 4, 5
-    notebook.metadata = nbformat.from_dict({
-        "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
-        "language_info": {"name": "python"},
-    })  # fmt: skip
+    notebook.metadata = nbformat.from_dict(
+        {
+            "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
+            "language_info": {"name": "python"},
+        }
+    )
     return notebook
 
 
 def _graded(cell, role, points):
     """What a cell counts, in nbgrader's schema: an answer of text is marked by hand, a check by itself."""
     marks = {
-        "schema_version": 3, "grade_id": cell.id, "cell_type": cell.cell_type, "task": False,
-        "grade": points is not None, "solution": role == "answer", "locked": role != "answer",
-    }  # fmt: skip
+        "schema_version": 3,
+        "grade_id": cell.id,
+        "cell_type": cell.cell_type,
+        "task": False,
+        "grade": points is not None,
+        "solution": role == "answer",
+        "locked": role != "answer",
+    }
     return marks | ({"points": points} if points is not None else {})
 
 
 def student(notebook):
     """The student's copy: stubs for solutions, no hidden part, no output."""
     copy = nbformat.from_dict(notebook)
-    copy, _ = TagRemovePreprocessor(config=Config(TagRemovePreprocessor={"remove_cell_tags": ["hidden"]})).preprocess(copy, {})
+    copy, _ = TagRemovePreprocessor(config=Config(TagRemovePreprocessor={"remove_cell_tags": ["hidden"]})).preprocess(
+        copy, {}
+    )
     copy, _ = ClearOutputPreprocessor().preprocess(copy, {})
     for cell in copy.cells:
         if cell.cell_type == "code":
@@ -100,7 +109,7 @@ def student(notebook):
         else:
             cell.source = _SOLUTION.sub("*Write your answer here (double-click to edit).*\n", cell.source).rstrip()
         if "SOLUTION" in cell.source or "HIDDEN TESTS" in cell.source:
-            raise Drifted(f"cell '{cell.id}' has a solution or hidden marker without its partner")
+            raise DriftError(f"cell '{cell.id}' has a solution or hidden marker without its partner")
     return copy
 
 
@@ -108,7 +117,7 @@ def _stub(cell, match):
     """`raise NotImplementedError`, naming the function that is to be written."""
     names = re.findall(r"^\s*(?:def|class) (\w+)", cell.source[: match.start()], re.M)
     if not names:
-        raise Drifted(f"cell '{cell.id}': a solution outside any function has no stub")
+        raise DriftError(f"cell '{cell.id}': a solution outside any function has no stub")
     return f'{match[1]}raise NotImplementedError("`{names[-1]}` is still to be written.")\n'
 
 
@@ -124,7 +133,7 @@ def teacher(notebook, folder, run=True):
         try:
             NotebookClient(copy, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
         except CellExecutionError as error:
-            raise Drifted(f"a solution stops:\n{error}") from error
+            raise DriftError(f"a solution stops:\n{error}") from error
     copy.metadata.pop("widgets", None)
     for cell in copy.cells:
         cell.metadata.pop("execution", None)

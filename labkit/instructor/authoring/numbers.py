@@ -9,9 +9,9 @@ import json
 import numpy as np
 
 from ...checks import DATA
-from .spec import Unclear, answers, build, definitions
 from ...checks.compare import ANY, gap, identify, nearest
 from ...checks.trace import run
+from .spec import SpecError, answers, build, definitions
 
 
 def generate(root):
@@ -38,7 +38,7 @@ def make(check, source):
     mistakes = [_mistake(check, source, mistake, scenarios, problems) for mistake in check.mistakes]
     problems += _misnamed(mistakes)
     if problems:
-        raise Unclear("\n".join(f"{check.name}: {problem}" for problem in problems))
+        raise SpecError("\n".join(f"{check.name}: {problem}" for problem in problems))
     data = {"name": check.name, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
     return {**data, "mistakes": [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]}
 
@@ -47,7 +47,7 @@ def _run(check, source, form, scenarios=None):
     try:
         subject = build(source, form, check.subject)
     except Exception as error:
-        raise Unclear(f"{check.name}: {form!r}: {error}") from error
+        raise SpecError(f"{check.name}: {form!r}: {error}") from error
     return {s["id"]: run(subject, check.kind, s) for s in scenarios or check.scenarios}
 
 
@@ -70,9 +70,7 @@ def _mistake(check, source, mistake, scenarios, problems):
         for s, trace in _each(must, traces):
             far = _far(trace, s)
             if 0.3 < far < 5:
-                problems.append(
-                    f"'{mistake.id}' is {far:.1f} tolerances off in '{s['id']}', too close to call"
-                )
+                problems.append(f"'{mistake.id}' is {far:.1f} tolerances off in '{s['id']}', too close to call")
             elif far >= 5:
                 pack = _pack(trace)
                 steady = all(gap(other[s["id"]], pack) < 0.3 for other in shaken)
@@ -134,9 +132,7 @@ def as_text(data):
 
     scenarios = ",\n".join(line(s) for s in data["scenarios"])
     mistakes = ",\n".join(
-        f'{{"id": {line(m["id"])}, "say": {line(m["say"])}, "forms": [\n'
-        + ",\n".join(map(line, m["forms"]))
-        + "]}"
+        f'{{"id": {line(m["id"])}, "say": {line(m["say"])}, "forms": [\n' + ",\n".join(map(line, m["forms"])) + "]}"
         for m in data["mistakes"]
     )
     head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "subject", "kind"))

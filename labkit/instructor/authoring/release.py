@@ -15,16 +15,22 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 
-from ..records import Problem
+from ..records import CommandError
 
 ROOT = Path(__file__).resolve().parents[3]
 TOP = "localization-labs"  # the folder in the zip
 
 # What is in, rather than what is out: a file that nobody thought of stays at home.
 FILES = (
-    "LICENSE", "environment.yml", "lab.py", "pyproject.toml", "requirements.txt", "docs/students.md",
-    "docs/pictures/lab1-explore.png", "labkit/jupyter/overrides.json",
-)  # fmt: skip
+    "LICENSE",
+    "environment.yml",
+    "lab.py",
+    "pyproject.toml",
+    "requirements.txt",
+    "docs/students.md",
+    "docs/pictures/lab1-explore.png",
+    "labkit/jupyter/overrides.json",
+)
 # Of labkit everything is in but what instructors and maintainers run.
 WING = "labkit/instructor"
 README = "labkit/instructor/authoring/student_readme.md"
@@ -41,7 +47,7 @@ def main(out, force=False):
     """Make the students' kit of the project that this file is in; returns the exit status."""
     try:
         paths = release(ROOT, out, force)
-    except Problem as problem:
+    except CommandError as problem:
         print(f"labkit release: {problem}", file=sys.stderr)
         return 2
     print(f"{out}: {len(paths)} files. No line of a solution or of a hidden cell is in them.")
@@ -49,7 +55,7 @@ def main(out, force=False):
 
 
 def release(root, out, force=False):
-    """Write the students' kit of the project in `root` to `out`; the sorted paths in it. Raises Problem.
+    """Write the students' kit of the project in `root` to `out`; the sorted paths in it. Raises CommandError.
 
     out: a folder, new or empty, or a new file that ends in .zip; force: write over a zip.
     """
@@ -59,31 +65,31 @@ def release(root, out, force=False):
         _refuse_taken(out, zipped, force)
         kit = collect(root)
         if problems := list(leaks(root, kit)):
-            raise Problem("\n".join(["Nothing was written, as students would get too much:", *problems]))
+            raise CommandError("\n".join(["Nothing was written, as students would get too much:", *problems]))
         out.parent.mkdir(parents=True, exist_ok=True)
         (_write_zip if zipped else _write_folder)(kit, out)
     except OSError as error:
         what = f"{error.filename or out} cannot be read or written"
-        raise Problem(f"{what}: {error.strerror or error}.") from None
+        raise CommandError(f"{what}: {error.strerror or error}.") from None
     return sorted(kit)
 
 
 def _refuse_taken(out, zipped, force):
     if zipped and out.is_dir():
-        raise Problem(f"{out} is a folder: give the zip another name.")
+        raise CommandError(f"{out} is a folder: give the zip another name.")
     if zipped and out.exists() and not force:
-        raise Problem(f"{out} is there already: give the zip another name, or use --force.")
+        raise CommandError(f"{out} is there already: give the zip another name, or use --force.")
     if not zipped and out.exists() and not out.is_dir():
-        raise Problem(f"{out} is a file: name a new folder, or a file that ends in .zip.")
+        raise CommandError(f"{out} is a file: name a new folder, or a file that ends in .zip.")
     if not zipped and out.exists() and any(out.iterdir()):
-        raise Problem(f"{out} is not empty: name a new folder. No file is deleted, not even with --force.")
+        raise CommandError(f"{out} is not empty: name a new folder. No file is deleted, not even with --force.")
 
 
 # What is in it --------------------------------------------------------------------------------
 
 
 def collect(root):
-    """{path: (its bytes, its mode)} of all that students get. Raises Problem and OSError."""
+    """{path: (its bytes, its mode)} of all that students get. Raises CommandError and OSError."""
     labs = [script.stem for script in _scripts(root)]
     modules = [path.relative_to(root).as_posix() for path in (root / "labkit").rglob("*.py")]
     modules = [path for path in modules if not path.startswith(f"{WING}/")]
@@ -106,7 +112,7 @@ def collect(root):
 def _scripts(root):
     scripts = sorted((root / "solutions").glob("[0-9]*_*.py"))
     if not scripts:
-        raise Problem(f"{root} holds no solutions/NN_name.py: a release is made from the full kit.")
+        raise CommandError(f"{root} holds no solutions/NN_name.py: a release is made from the full kit.")
     return scripts
 
 
@@ -120,7 +126,7 @@ def _notebook(path, data):
         notebook = json.loads(data)
         [_source(cell) for cell in [notebook["cells"][0], *notebook["cells"]]]
     except (ValueError, KeyError, TypeError, IndexError):
-        raise Problem(f"{path} is not a notebook with cells: `labkit build` makes it anew.") from None
+        raise CommandError(f"{path} is not a notebook with cells: `labkit build` makes it anew.") from None
     return notebook
 
 
@@ -176,7 +182,7 @@ def _cells(script):
         visible = _BLOCK.sub("\n", source)
         secrets = [source] if hidden else [match[2] for match in _BLOCK.finditer(source)]
         if not hidden and ("SOLUTION" in visible or "HIDDEN TESTS" in visible):
-            raise Problem(f"solutions/{script.name}, {name}: a solution or hidden marker lacks its partner.")
+            raise CommandError(f"solutions/{script.name}, {name}: a solution or hidden marker lacks its partner.")
         found.append(Cell(name, code, hidden, "" if hidden else visible, secrets))
     return found
 
@@ -240,7 +246,7 @@ def _texts(path, data):
         text = data.decode("utf-8")
         return list(_strings(json.loads(text))) if path.endswith((".json", ".ipynb")) else [text]
     except ValueError:
-        raise Problem(f"{path} cannot be searched: it is not UTF-8 text, or not JSON.") from None
+        raise CommandError(f"{path} cannot be searched: it is not UTF-8 text, or not JSON.") from None
 
 
 def _strings(value):

@@ -47,7 +47,7 @@ class Check:
     mistakes: list = field(default_factory=list)
 
 
-class Unclear(Exception):
+class SpecError(Exception):
     """The definitions of a check contradict each other or the solution."""
 
 
@@ -92,7 +92,7 @@ def build(source, form, name):
     else:
         for old, new in form:
             if source.count(old) != 1:
-                raise Unclear(f"`{old}` occurs {source.count(old)} times in the solution, not once")
+                raise SpecError(f"`{old}` occurs {source.count(old)} times in the solution, not once")
             source = source.replace(old, new)
     namespace = {"__name__": "form"}
     exec(compile(source, "<a form of the solution>", "exec"), namespace)

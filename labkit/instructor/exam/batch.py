@@ -42,8 +42,14 @@ def _setup(source, id):
 def _code(source, id, metadata, printed=""):
     outputs = [{"output_type": "stream", "name": "stdout", "text": printed}] if printed else []
     # nbval compares only cells that have been run once.
-    return {"cell_type": "code", "id": id, "metadata": metadata, "source": source, "outputs": outputs,
-            "execution_count": 1}  # fmt: skip
+    return {
+        "cell_type": "code",
+        "id": id,
+        "metadata": metadata,
+        "source": source,
+        "outputs": outputs,
+        "execution_count": 1,
+    }
 
 
 def grade(folder, news):
@@ -54,9 +60,20 @@ def grade(folder, news):
     batch = json.loads((Path(folder) / "batch.json").read_text(encoding="utf-8"))
     points = {check["id"]: check["points"] for check in batch["checks"] if check["points"] is not None}
     arguments = [
-        str(Path(folder, "checks.ipynb")), "--nbval", "--nbval-current-env", f"--nbval-cell-timeout={batch['time']['total'] + SPARE}",
-        "-p", "nbval.plugin", "-p", "no:cacheprovider", "--color=no", "--tb=line", "-c", os.devnull, f"--rootdir={folder}",
-    ]  # fmt: skip
+        str(Path(folder, "checks.ipynb")),
+        "--nbval",
+        "--nbval-current-env",
+        f"--nbval-cell-timeout={batch['time']['total'] + SPARE}",
+        "-p",
+        "nbval.plugin",
+        "-p",
+        "no:cacheprovider",
+        "--color=no",
+        "--tb=line",
+        "-c",
+        os.devnull,
+        f"--rootdir={folder}",
+    ]
     return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
 
 

@@ -2,31 +2,30 @@
 
 import functools
 
+from ..records import CommandError
 from . import pool as run
 from .paper import read as read_paper
-from ..records import Problem
 
 
 def remote(room, jobs, address):
     """Grade on the cluster whose scheduler is at `address`; yields as run.Local.grade does.
 
-    A machine that dies costs the time of its batch: Dask gives that to another. Raises Problem.
+    A machine that dies costs the time of its batch: Dask gives that to another. Raises CommandError.
     """
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise Problem(
+        raise CommandError(
             "--scheduler needs the package distributed: pip install 'robot-localization-labkit[cluster]'."
         ) from None
     try:
         client = Client(address, timeout="20s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise Problem(f"No Dask scheduler answers at {address} ({error}).") from None
+        raise CommandError(f"No Dask scheduler answers at {address} ({error}).") from None
     with client:
         workers = max(1, sum(client.nthreads().values()))
         waiting = {
-            client.submit(grade_there, room, part, pure=False, retries=2): part
-            for part in run.batches(jobs, workers)
+            client.submit(grade_there, room, part, pure=False, retries=2): part for part in run.batches(jobs, workers)
         }
         for future in as_completed(waiting, loop=client.loop):
             if future.status == "finished":
@@ -40,10 +39,10 @@ def remote(room, jobs, address):
 def grade_there(room, jobs):
     """What a worker of the cluster does with a batch: a list of what run.Local.grade yields."""
     if read_paper(room.paper.lab).digest != room.paper.digest:
-        raise Problem("a worker has another version of the kit: update it to the one that you grade with")
+        raise CommandError("a worker has another version of the kit: update it to the one that you grade with")
     level = sandbox_here()
     if level.level < room.way["level"]:
-        raise Problem(f"a worker has only sandbox level {level.level}, and {room.way['level']} was asked for")
+        raise CommandError(f"a worker has only sandbox level {level.level}, and {room.way['level']} was asked for")
     return list(here().grade(room.at(level), jobs))
 
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from ... import checks, log
+from ...checks import CheckError
 from ...checks import trace as subjects
-from ...checks import CheckFailed
-from ..authoring.spec import answers, build, definitions
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
-from .draw import drawn
-from ..sandbox.channel import Lost
+from ..authoring.spec import answers, build, definitions
+from ..records import CommandError
+from ..sandbox.channel import WorkerLostError
 from ..sandbox.proxy import Stand
-from ..records import Problem
+from .draw import drawn
 
 ROOT = Path(__file__).resolve().parents[3]
 OTHERS = (
@@ -33,9 +33,7 @@ class Exam:
 
     def __init__(self, lab):
         if not (ROOT / "solutions" / f"{lab}.py").is_file():
-            raise Problem(
-                f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one."
-            )
+            raise CommandError(f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
         self.keep = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
@@ -93,12 +91,7 @@ class Exam:
         if not isinstance(KF, Stand):
             return self._run(KF, record, options)
         n, steps = len(np.atleast_1d(options.get("x0", log.START))), len(record)
-        shapes = {
-            "x": (steps + 1, n),
-            "P": (steps + 1, n, n),
-            "x_prior": (steps, n),
-            "P_prior": (steps, n, n),
-        }
+        shapes = {"x": (steps + 1, n), "P": (steps + 1, n, n), "x_prior": (steps, n), "P_prior": (steps, n, n)}
         answer = KF.replay(record, secret=secret, **options)
         for field, shape in shapes.items():
             array = answer.get(field)
@@ -112,8 +105,13 @@ class Exam:
         """Keep the student's run over a log that all may know, for the picture on the feedback page."""
         if isinstance(KF, Stand):
             run = self.history(KF, record, secret=False, **options)
-            self.keep(times=record.times, x=run.x[:, :2], P=run.P[:, :2, :2], truth=record.truth[:, :2],
-                      landmarks=record.map.positions)  # fmt: skip
+            self.keep(
+                times=record.times,
+                x=run.x[:, :2],
+                P=run.P[:, :2, :2],
+                truth=record.truth[:, :2],
+                landmarks=record.map.positions,
+            )
 
     def curve(self, function, calls, times, bounds, label):
         """Keep a student's values along a run that all may know, for the picture on the feedback page."""
@@ -124,7 +122,7 @@ class Exam:
 
     def fail(self, sentence):
         """Give no points, for this reason; it must not tell the inputs."""
-        raise CheckFailed(self.current or "check", sentence)
+        raise CheckError(self.current or "check", sentence)
 
     def check(self, name, subject):
         """`labkit.check` of a student's object: the notebook's own inputs, then others of the same kind."""
@@ -153,9 +151,7 @@ class Exam:
             for check in self._definitions:
                 try:
                     stand = student.find(check.subject)
-                    student.public[check.name] = stand.observe(
-                        _inputs(checks.stored(check.name)), secret=False
-                    )
+                    student.public[check.name] = stand.observe(_inputs(checks.stored(check.name)), secret=False)
                 except FilterError as error:
                     error.public = True
                     student.public[check.name] = error
@@ -170,7 +166,7 @@ class Exam:
         others["scenarios"] = [s for s in scenarios if s["right"]]
         try:
             traces = _traces(others, subject.observe(_inputs(others), secret=True))
-        except CheckFailed:
+        except CheckError:
             self.fail(OTHERS)  # in our words: it has seen inputs that its student has not
         wrong = [s for s in others["scenarios"] if nearest(traces[s["id"]], s["right"])[0] > 1]
         if wrong:
@@ -189,27 +185,21 @@ def _traces(data, answer):
     """{id: Trace} from a worker's answer to `observe`, which may be anything."""
     if "told" in answer:
         lines = answer.get("lines")
-        raise CheckFailed(
-            data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else [])
-        )
+        raise CheckError(data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else []))
     found = answer.get("traces")
     try:
         return {s["id"]: _trace(found[s["id"]]) for s in data["scenarios"]}
     except (KeyError, TypeError, ValueError, IndexError):
-        raise Lost("What came back from your code could not be understood.") from None
+        raise WorkerLostError("What came back from your code could not be understood.") from None
 
 
 def _trace(sent):
-    steps = [
-        [v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]
-    ]
+    steps = [[v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]]
     stop = None
     if sent["stop"] is not None:
         key, text, line = sent["stop"]
         call, kind, numbers, message = key
-        stop = subjects.Stop(
-            [int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line)
-        )
+        stop = subjects.Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
     return subjects.Trace(steps, stop, str(sent["printed"]))
 
 
@@ -220,7 +210,7 @@ def _apart(came, right):
         return max(map(_apart, came, right)) if fits else np.inf
     try:
         return gap_of(subjects.as_value(came, "the result"), subjects.as_value(right, "the result"))
-    except subjects.Odd:
+    except subjects.OddResultError:
         return np.inf
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...checks import CheckFailed
+from ...checks import CheckError
 from ...checks.feedback import FilterError
 from .. import records
-from ..sandbox.channel import Channel, Lost, Raised
-from ..sandbox.proxy import Missing, Student
+from ..sandbox.channel import Channel, WorkerLostError, StudentCodeError
 from ..sandbox.launch import Sandbox
+from ..sandbox.proxy import MissingAnswerError, Student
 
 FILE = "said.jsonl"
 UNCLEAR = "What your code gave back could not be used here."
@@ -71,17 +71,14 @@ class Examination:
     def _told(self, error):
         """What an exception of a check cell means to the student."""
         hidden = self.checks[self.check]["hidden"]
-        if isinstance(error, CheckFailed):
+        if isinstance(error, CheckError):
             shown = {"lines": error.details, "mistake": error.mistake} if not hidden else {}
             return {"status": records.FAILED, "reason": error.summary, **shown}
-        if isinstance(error, Missing):
+        if isinstance(error, MissingAnswerError):
             return {"status": records.NOT_RUN, "reason": str(error), "lines": error.lines_of_problems}
-        if isinstance(error, Raised):
-            return {
-                "status": records.FAILED,
-                **self._raised(error, hidden or not getattr(error, "public", False)),
-            }
-        if isinstance(error, Lost):
+        if isinstance(error, StudentCodeError):
+            return {"status": records.FAILED, **self._raised(error, hidden or not getattr(error, "public", False))}
+        if isinstance(error, WorkerLostError):
             return {"status": records.FAILED, "reason": str(error)}
         if isinstance(error, OSError | MemoryError):
             return {"status": records.ERROR, "reason": f"The grader itself stopped: {error}"}
@@ -98,9 +95,7 @@ class Examination:
         if error.kind == "NotImplementedError":
             return {"reason": "This part is still to be written."}
         if error.kind == "FilterError":
-            return {
-                "reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."
-            }
+            return {"reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."}
         known = error.kind == "LinAlgError" or isinstance(getattr(builtins, error.kind, None), type)
         kind = error.kind if known else "problem of its own"  # a name that they chose could tell something
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."

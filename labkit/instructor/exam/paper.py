@@ -7,10 +7,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..authoring.spec import imports
 from ...notebook.read import cells_of
+from ..authoring.spec import imports
+from ..records import Check, CommandError
 from .exam import ROOT
-from ..records import Check, Problem
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,8 @@ class _Cell:
 class Paper:
     """lab: its name;  title: of the notebook;  setup: the code that runs first;  cells: of the checks;
     checks: all that gives points, in order;  released: the cells of the students' notebook;
-    subjects: the names that students define;  digest: of all that decides about marks."""
+    subjects: the names that students define;  digest: of all that decides about marks.
+    """
 
     lab: str
     title: str
@@ -55,11 +56,11 @@ class Paper:
 
 
 def read(lab, root=ROOT):
-    """The Paper of a lab. Raises Problem if there is none or if it cannot be used."""
+    """The Paper of a lab. Raises CommandError if there is none or if it cannot be used."""
     solution, student = Path(root) / "solutions" / f"{lab}.ipynb", Path(root) / "notebooks" / f"{lab}.ipynb"
     if not solution.is_file() or not student.is_file():
         known = ", ".join(sorted(p.stem for p in (Path(root) / "solutions").glob("[0-9]*.ipynb")))
-        raise Problem(
+        raise CommandError(
             f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}."
         )
     book = [_Cell(cell) for cell in json.loads(solution.read_text(encoding="utf-8"))["cells"]]
@@ -67,12 +68,7 @@ def read(lab, root=ROOT):
     shown = {cell.id for cell in released}
     subjects = _defined([cell.source for cell in book if cell.role == "answer" and cell.code])
     setup, cells, checks = [], [], []
-    needed = {
-        word
-        for cell in book
-        if cell.code and "hidden" in cell.tags
-        for word in re.findall(r"\w+", cell.source)
-    }
+    needed = {word for cell in book if cell.code and "hidden" in cell.tags for word in re.findall(r"\w+", cell.source)}
     for cell in book:
         marks = cell.metadata.get("nbgrader", {})
         hidden = "hidden" in cell.tags
@@ -82,7 +78,7 @@ def read(lab, root=ROOT):
             points = float(marks["points"]) if marks.get("grade") else None
             title = cell.metadata.get("title", cell.id)
             if points is not None and not cell.printed:
-                raise Problem(
+                raise CommandError(
                     f"{solution.name}: the check '{cell.id}' has no output to compare with: run `labkit build`."
                 )
             uses = _uses(cell.source, subjects)
@@ -95,14 +91,14 @@ def read(lab, root=ROOT):
             question = _question(book, cell.id)
             checks.append(Check(cell.id, title, float(marks["points"]), True, False, question, rubric))
     if not any(not check.hand for check in checks):
-        raise Problem(f"{solution.name} has no check with points.")
+        raise CommandError(f"{solution.name} has no check with points.")
     cells.sort(key=lambda cell: cell.points is not None)  # figures first, before anything secret is asked
     title = next((c.source.lstrip("# ").splitlines()[0] for c in book if c.source.startswith("# ")), lab)
     parts = [setup, [(c.id, c.source, c.printed, c.points) for c in cells], [c.source for c in released]]
     digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
     missing = [c.id for c in checks if not c.hidden and c.id not in shown]
     if missing:
-        raise Problem(f"notebooks/{lab}.ipynb lacks {missing[0]}: run `labkit build`.")
+        raise CommandError(f"notebooks/{lab}.ipynb lacks {missing[0]}: run `labkit build`.")
     return Paper(lab, title, "\n".join(setup), "exam", cells, checks, released, subjects, digest)
 
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from . import batch
 from .. import records
 from ..sandbox.launch import make_runtime
+from . import batch
 
 LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
 TRIES = 2
@@ -59,10 +59,13 @@ def write_batch(folder, room, jobs, runtime):
     """Put a batch's files into `folder`: batch.json and the check notebook."""
     paper = room.paper
     content = {
-        "seed": room.seed, "subjects": paper.subjects, "time": room.time, "sandbox": {**room.way, "runtime": runtime},
+        "seed": room.seed,
+        "subjects": paper.subjects,
+        "time": room.time,
+        "sandbox": {**room.way, "runtime": runtime},
         "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
         "students": [{"key": j.key, "cells": j.cells, "sources": j.sources} for j in jobs],
-    }  # fmt: skip
+    }
     Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
     notebook = batch.notebook(paper, [job.done for job in jobs])
     Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
@@ -87,9 +90,16 @@ class Runner:
         threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
         environment = {**os.environ, **threads, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "labkit.instructor.exam.batch"], cwd=folder, env=environment, text=True, encoding="utf-8",
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, bufsize=1,
-        )  # fmt: skip
+            [sys.executable, "-m", "labkit.instructor.exam.batch"],
+            cwd=folder,
+            env=environment,
+            text=True,
+            encoding="utf-8",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=1,
+        )
 
     def grade(self, room, jobs, runtime):
         """Yield ('mark', job id, mark) and ('done', job id, figure) of a batch; raises OSError if the process ends early."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...checks.compare import gap_of
 from ...team import FrameWarning, replay
-from .exam import Exam
 from ..sandbox.proxy import Stand
+from .exam import Exam
 
 
 class TeamExam(Exam):
@@ -41,9 +41,7 @@ class TeamExam(Exam):
             if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
                 self.fail("Your filter's estimate is not made of finite numbers.")
             if array.shape != shape:
-                self.fail(
-                    f"Your filter's estimate has another shape than {shapes['x'][1:]} and {shapes['P'][1:]}."
-                )
+                self.fail(f"Your filter's estimate has another shape than {shapes['x'][1:]} and {shapes['P'][1:]}.")
         return answer["x"], answer["P"]
 
 

@@ -15,7 +15,7 @@ from datetime import datetime
 from itertools import islice
 from pathlib import Path
 
-from ..records import Problem, Refused
+from ..records import CommandError, HandInError
 
 MAX_BYTES = 20_000_000  # of one file
 MAX_FILES = 20_000
@@ -25,8 +25,17 @@ MAX_DEPTH = 8  # folders inside folders
 CHUNK = 1 << 20
 
 JUNK = {"__macosx", "__pycache__", "thumbs.db", "desktop.ini"}
-DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError,
-          NotImplementedError, RuntimeError)  # fmt: skip
+DAMAGE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    ValueError,
+    OverflowError,
+    OSError,
+    NotImplementedError,
+    RuntimeError,
+)
 
 
 @dataclass(frozen=True)
@@ -53,20 +62,20 @@ class Member:
 
 
 def open_archive(path):
-    """The Folder or Zip at `path`; raises Problem if it is neither, or cannot be read."""
+    """The Folder or Zip at `path`; raises CommandError if it is neither, or cannot be read."""
     path = Path(path)
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
-        raise Problem(f"{path} does not exist: give the folder or the zip of the submissions.") from None
+        raise CommandError(f"{path} does not exist: give the folder or the zip of the submissions.") from None
     except (OSError, ValueError) as error:
-        raise Problem(f"{path} cannot be opened: {getattr(error, 'strerror', error)}.") from None
+        raise CommandError(f"{path} cannot be opened: {getattr(error, 'strerror', error)}.") from None
     if stat.S_ISDIR(mode):
         return Folder(path)
     if path.suffix.lower() == ".ipynb":
-        raise Problem(f"{path} is one notebook: give the folder that it is in.")
+        raise CommandError(f"{path} is one notebook: give the folder that it is in.")
     if not stat.S_ISREG(mode):
-        raise Problem(f"{path} is neither a folder nor a zip: give one of the submissions.")
+        raise CommandError(f"{path} is neither a folder nor a zip: give one of the submissions.")
     return Zip(path)
 
 
@@ -85,7 +94,7 @@ class Folder:
                 names = sorted(entry.name for entry in islice(found, MAX_FILES + 1))
         except OSError as error:
             if not prefix:
-                raise Problem(f"{folder} cannot be opened: {error.strerror}.") from None
+                raise CommandError(f"{folder} cannot be opened: {error.strerror}.") from None
             self._listing.refuse("which cannot be opened", prefix)
             return
         for name in names:
@@ -97,16 +106,14 @@ class Folder:
             is_folder = stat.S_ISDIR(info.st_mode)
             key = path, info.st_dev, info.st_ino
             when = _moment(datetime.fromtimestamp, info.st_mtime)
-            added = self._listing.add(
-                prefix + name, info.st_size, when, is_folder, _no_file(info.st_mode), key
-            )
+            added = self._listing.add(prefix + name, info.st_size, when, is_folder, _no_file(info.st_mode), key)
             if added and is_folder and depth + 1 < MAX_DEPTH:
                 self._walk(path, f"{prefix}{name}/", depth + 1)
             elif added and is_folder:
                 self._listing.refuse(f"nested deeper than {MAX_DEPTH} folders", prefix + name)
 
     def read(self, member):
-        """The bytes of a member; raises Refused if they cannot be had or are too many."""
+        """The bytes of a member; raises HandInError if they cannot be had or are too many."""
         _check(member)
         path, *identity = member.key
         flags = [getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY")]
@@ -115,10 +122,10 @@ class Folder:
                 info = os.fstat(file.fileno())
                 # The very file that was listed: no link or folder took its place since.
                 if _no_file(info.st_mode) or [info.st_dev, info.st_ino] != identity:
-                    raise Refused(f"{_last(member)} was replaced while it was being read: start again.")
+                    raise HandInError(f"{_last(member)} was replaced while it was being read: start again.")
                 return _capped(file, member)
         except OSError as error:
-            raise Refused(f"{_last(member)} cannot be opened: {error.strerror or error}.") from None
+            raise HandInError(f"{_last(member)} cannot be opened: {error.strerror or error}.") from None
 
     def close(self):
         pass
@@ -133,20 +140,20 @@ class Zip:
         try:
             self._file = _Bounded(io.FileIO(path))
         except OSError as error:
-            raise Problem(f"{path} cannot be opened: {error.strerror or error}.") from None
+            raise CommandError(f"{path} cannot be opened: {error.strerror or error}.") from None
         try:
             self._zip = zipfile.ZipFile(self._file)
             self._list(path)
         except UnicodeDecodeError:
             self.close()
-            raise Problem(f"{path} holds names that are not text: unpack it and give the folder.") from None
+            raise CommandError(f"{path} holds names that are not text: unpack it and give the folder.") from None
         except zipfile.BadZipFile:
             self.close()
-            raise Problem(f"{path} is not a zip, or is damaged: download it again.") from None
+            raise CommandError(f"{path} is not a zip, or is damaged: download it again.") from None
         except DAMAGE as error:
             self.close()
-            raise Problem(f"{path} cannot be read as a zip ({error}): download it again.") from None
-        except Problem:
+            raise CommandError(f"{path} cannot be read as a zip ({error}): download it again.") from None
+        except CommandError:
             self.close()
             raise
         self.members, self.notes = self._listing.members, self._listing.notes()
@@ -155,7 +162,7 @@ class Zip:
         infos = self._zip.infolist()
         files = [info for info in infos if not info.is_dir()]
         if files and all(info.flag_bits & 1 for info in files):
-            raise Problem(f"{path} is encrypted: give a zip without a password.")
+            raise CommandError(f"{path} is encrypted: give a zip without a password.")
         shared = _overlapping(infos, self._zip.start_dir)
         for number, info in enumerate(infos):
             when = _moment(datetime, *info.date_time)
@@ -165,13 +172,13 @@ class Zip:
             self._listing.add(_name(info), info.file_size, when, info.is_dir(), wrong, info, zipped=True)
 
     def read(self, member):
-        """The bytes of a member; raises Refused if they cannot be had or are too many."""
+        """The bytes of a member; raises HandInError if they cannot be had or are too many."""
         _check(member)
         try:
             with self._zip.open(member.key) as file:
                 return _capped(file, member)
         except DAMAGE:
-            raise Refused(f"{_last(member)} is damaged inside the zip: hand it in again.") from None
+            raise HandInError(f"{_last(member)} is damaged inside the zip: hand it in again.") from None
 
     def close(self):
         self._file.close()
@@ -182,7 +189,7 @@ class _Bounded(io.BufferedReader):
 
     def read(self, size=-1):
         if size is not None and size > MAX_DIRECTORY:
-            raise Problem(_too_many(self.raw.name))
+            raise CommandError(_too_many(self.raw.name))
         return super().read(size)
 
 
@@ -197,7 +204,7 @@ class _Listing:
         self._slashes = []
 
     def add(self, name, size, when, folder, wrong, key, zipped=False):
-        """Whether the member was taken as it is; raises Problem when there are too many."""
+        """Whether the member was taken as it is; raises CommandError when there are too many."""
         if zipped and "\\" in name:
             self._slashes.append(readable(name))
             name = name.replace("\\", "/")
@@ -218,7 +225,7 @@ class _Listing:
                 wrong = wrong or "has control characters in its name"
             self.members.append(Member(path, size, when, folder, wrong, key))
         if len(self.members) > MAX_FILES:
-            raise Problem(_too_many(self._path))
+            raise CommandError(_too_many(self._path))
         return taken
 
     def refuse(self, problem, name):
@@ -258,9 +265,9 @@ def too_large(name):
 
 def _check(member):
     if member.wrong:
-        raise Refused(f"{_last(member)} {member.wrong}: hand in the notebook file itself.")
+        raise HandInError(f"{_last(member)} {member.wrong}: hand in the notebook file itself.")
     if member.size > MAX_BYTES:
-        raise Refused(too_large(_last(member)))
+        raise HandInError(too_large(_last(member)))
 
 
 def _capped(file, member):
@@ -268,7 +275,7 @@ def _capped(file, member):
     while piece := file.read(CHUNK):
         raw += piece
         if len(raw) > MAX_BYTES:
-            raise Refused(too_large(_last(member)))
+            raise HandInError(too_large(_last(member)))
     return bytes(raw)
 
 

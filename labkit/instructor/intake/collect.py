@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import groupby
 
+from ..records import CommandError, HandInError
 from .archive import Member, listed, open_archive, several, shorten
 from .handin import read_cells, tidy
 from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
-from ..records import Problem, Refused
 
 ARCHIVES = (".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz")
 
@@ -84,7 +84,7 @@ class Submissions:
     """A folder or zip of submissions; closed at the end of a `with` block."""
 
     def __init__(self, path):
-        """Raises Problem if `path` is no folder and no zip that can be read."""
+        """Raises CommandError if `path` is no folder and no zip that can be read."""
         self._path = path
         self._archive = open_archive(path)
 
@@ -98,7 +98,7 @@ class Submissions:
         """(entries, unfits, notes) of a lab, say '01_cartesian_ekf', without opening any notebook.
 
         Entries of one student follow each other, the latest attempt last. notes: sentences for the
-        instructor. Raises Problem if nothing was handed in at all.
+        instructor. Raises CommandError if nothing was handed in at all.
         """
         students, notes = self._students(lab)
         entries, unfits = [], []
@@ -112,14 +112,19 @@ class Submissions:
             if len({member.parts[:-1] for _, member in good if len(member.parts) > 1}) > 1:
                 notes.append(f"{student}: notebooks in several folders count as attempts of one student.")
         if not entries and not unfits:
-            raise Problem(" ".join([
-                f"{self._path} holds no hand-ins: give a download of Moodle or Canvas, a folder of notebooks",
-                "with their students' names, or one with a folder for each student.", *notes,
-            ]))  # fmt: skip
+            raise CommandError(
+                " ".join(
+                    [
+                        f"{self._path} holds no hand-ins: give a download of Moodle or Canvas, a folder of notebooks",
+                        "with their students' names, or one with a folder for each student.",
+                        *notes,
+                    ]
+                )
+            )
         return entries, unfits, notes
 
     def read(self, entry):
-        """(cells, digest) of an entry; the cells still need `tidy`. Raises Refused, naming the file."""
+        """(cells, digest) of an entry; the cells still need `tidy`. Raises HandInError, naming the file."""
         raw = self._archive.read(entry.member)
         return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 
@@ -139,7 +144,7 @@ class Submissions:
         try:
             cells, digest = self.read(entry)
             cells, notes = tidy(cells, ids)
-        except Refused as error:
+        except HandInError as error:
             return Unfit(*about, str(error)), entry.named
         return HandIn(*about, entry.late, cells, digest, [*entry.notes, *notes]), entry.named
 
@@ -149,9 +154,17 @@ class Submissions:
         if twice:
             notes.append("The archive holds a file of this name twice; each counts as an attempt.")
         return Entry(
-            student, identifier, self._source(member.path), shorten(owner.name),
-            None if owner.canvas else member.when, owner.late, member.size, named, tuple(notes), member,
-        )  # fmt: skip
+            student,
+            identifier,
+            self._source(member.path),
+            shorten(owner.name),
+            None if owner.canvas else member.when,
+            owner.late,
+            member.size,
+            named,
+            tuple(notes),
+            member,
+        )
 
     def _source(self, path):
         return f"{self._archive.name}: {path}"
@@ -188,7 +201,7 @@ class Submissions:
 
 
 def open_submissions(path):
-    """The Submissions at `path`, a folder or a zip; raises Problem if it is neither or cannot be read."""
+    """The Submissions at `path`, a folder or a zip; raises CommandError if it is neither or cannot be read."""
     return Submissions(path)
 
 
@@ -199,7 +212,7 @@ def iter_collect(path, lab, ids):
 
 
 def collect(path, lab, ids):
-    """(hand_ins, unfits, notes) of a lab, all at once. Raises Problem; see Submissions and `tidy`."""
+    """(hand_ins, unfits, notes) of a lab, all at once. Raises CommandError; see Submissions and `tidy`."""
     with open_submissions(path) as submissions:
         notes = submissions.survey(lab)[2]
         results = list(submissions.hand_ins(lab, ids))

@@ -5,9 +5,9 @@ import re
 from dataclasses import replace
 from functools import partial
 
-from ...notebook.read import Unreadable, cells_of, parse
+from ...notebook.read import NotebookError, cells_of, parse
+from ..records import HandInError
 from .archive import readable, shorten
-from ..records import Refused
 
 MAX_PARTS = 1_000_000  # lists and tables in one notebook: 20 MB of '[[],[],' would fill 500 MB
 MAX_CELLS = 2_000
@@ -18,7 +18,7 @@ def tidy(cells, ids):
 
     ids: those of the released lab's answer cells, as a set or as {id: whether it is a code cell}.
     Of several cells with one id the first with the role 'answer' counts; the others, and answer cells
-    of unknown ids, become the student's own. Raises Refused if no answer cell is left.
+    of unknown ids, become the student's own. Raises HandInError if no answer cell is left.
     """
     kinds = ids if isinstance(ids, dict) else {}
     notes, chosen = [], {}
@@ -36,7 +36,7 @@ def tidy(cells, ids):
             kind = "a code cell" if kinds[id] else "a text cell"
             notes.append(f"The answer cell '{id}' is no longer {kind}.")
     if not chosen:
-        raise Refused("It holds no answer cell of this lab: fill in the notebook that was given out.")
+        raise HandInError("It holds no answer cell of this lab: fill in the notebook that was given out.")
     return [_tidied(cell, chosen) for cell in cells], notes
 
 
@@ -49,28 +49,28 @@ def _tidied(cell, chosen):
 
 
 def read_cells(raw, name):
-    """The cells of a notebook's bytes, strictly read; raises Refused."""
+    """The cells of a notebook's bytes, strictly read; raises HandInError."""
     raw = raw.removeprefix(codecs.BOM_UTF8)  # some editors of Windows write one
     if raw.count(b"[") + raw.count(b"{") > MAX_PARTS:
-        raise Refused(f"{name} holds too much data: clear the outputs, save it and hand it in again.")
+        raise HandInError(f"{name} holds too much data: clear the outputs, save it and hand it in again.")
     try:
         cells = cells_of(parse(raw, name, pairs=partial(_once, name)), name)
-    except Unreadable as error:
-        raise Refused(shorten(str(error), 400)) from None
+    except NotebookError as error:
+        raise HandInError(shorten(str(error), 400)) from None
     if len(cells) > MAX_CELLS:
-        raise Refused(f"{name} has {len(cells)} cells, and {MAX_CELLS} is the most: merge or delete some.")
+        raise HandInError(f"{name} has {len(cells)} cells, and {MAX_CELLS} is the most: merge or delete some.")
     return [_plain(cell) for cell in cells]
 
 
 def _once(name, pairs):
-    """The table of a JSON object whose keys are all different; raises Unreadable."""
+    """The table of a JSON object whose keys are all different; raises NotebookError."""
     table = dict(pairs)
     if len(table) == len(pairs):
         return table
     seen = set()
     key = next(key for key, _ in pairs if key in seen or seen.add(key))
     key = shorten(readable(key))
-    raise Unreadable(f'{name} says "{key}" twice in one place: save it again in Jupyter.')
+    raise NotebookError(f'{name} says "{key}" twice in one place: save it again in Jupyter.')
 
 
 def _plain(cell):

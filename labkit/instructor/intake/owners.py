@@ -72,9 +72,14 @@ def owner_of(parts, folder, lab):
     if match and (match["name"] or not match["id"].isdigit()):
         number = match["id"].removeprefix("anon_")
         return Owner(
-            readable(match["name"] or f"Anonymous {number}"), number, match["file"] or match["typed"],
-            bool(match["late"]), bool(match["typed"]), int(match["upload"] or 0), canvas=True,
-        )  # fmt: skip
+            readable(match["name"] or f"Anonymous {number}"),
+            number,
+            match["file"] or match["typed"],
+            bool(match["late"]),
+            bool(match["typed"]),
+            int(match["upload"] or 0),
+            canvas=True,
+        )
     student = _student(top[: -len(".ipynb")], lab) if is_notebook(top) else ""
     return Owner(student, "", top) if student else None
 

@@ -8,7 +8,8 @@ LONGEST = 200_000  # characters of one cell; an answer has a thousand
 @dataclass
 class Work:
     """cells: for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: text} of the
-    written questions;  notes: sentences on what is missing."""
+    written questions;  notes: sentences on what is missing.
+    """
 
     cells: list = field(default_factory=list)
     sources: dict = field(default_factory=dict)

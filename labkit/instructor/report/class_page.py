@@ -170,8 +170,9 @@ def _written(graded, checks):
 def _unfit(named):
     rows = [
         _row(name(label), f'<td class="grow">{prose(result.problem, LINE)}</td>')
-        for label, result in named if result.problem
-    ]  # fmt: skip
+        for label, result in named
+        if result.problem
+    ]
     table = _folded(len(rows), _table("<th>Student</th><th>Reason</th>", rows))
     return f"<h2>Could not be graded</h2>{table}" if rows else ""
 

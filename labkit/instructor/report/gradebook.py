@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 
 from .. import records
-from ..records import Check, Mark, Problem, Result
+from ..records import Check, Mark, CommandError, Result
 
 VERSION = 1
 TABLES = """
@@ -33,7 +33,7 @@ CREATE TABLE figure (submission INTEGER PRIMARY KEY, data BLOB);
 
 
 class Gradebook:
-    """path: of the file; made if it is not there. Raises Problem if the file is none."""
+    """path: of the file; made if it is not there. Raises CommandError if the file is none."""
 
     def __init__(self, path, seed=None):
         self.path, self._depth = path, 0
@@ -46,21 +46,19 @@ class Gradebook:
                     for statement in TABLES.split(";"):
                         self.db.execute(statement)
                     first = {"version": VERSION, "seed": secrets.randbits(62) if seed is None else seed}
-                    self.db.executemany(
-                        "INSERT INTO meta VALUES (?, ?)", [(k, str(v)) for k, v in first.items()]
-                    )
+                    self.db.executemany("INSERT INTO meta VALUES (?, ?)", [(k, str(v)) for k, v in first.items()])
             meta = dict(self._all("SELECT key, value FROM meta"))
         except sqlite3.Error as error:
-            raise Problem(
+            raise CommandError(
                 f"{path} cannot be used as a gradebook ({error}): move it away, or choose another --out."
             ) from None
         if meta.get("version") != str(VERSION):
-            raise Problem(
+            raise CommandError(
                 f"{path} was made by another version of this kit: finish with that one, or choose another --out."
             )
         self.seed = int(meta["seed"])
         if seed is not None and seed != self.seed:
-            raise Problem(
+            raise CommandError(
                 f"{path} was begun with --seed {self.seed}: leave the option out, or choose another --out."
             )
 
@@ -95,15 +93,37 @@ class Gradebook:
         """(id, done, paper) of the newest row for this very submission, or None."""
         rows = self._all(
             "SELECT id, done, paper FROM submission WHERE lab = ? AND student = ? AND identifier = ? AND digest = ? "
-            "ORDER BY id DESC LIMIT 1", lab, student, identifier, digest)  # fmt: skip
+            "ORDER BY id DESC LIMIT 1",
+            lab,
+            student,
+            identifier,
+            digest,
+        )
         return rows[0] if rows else None
 
     def add(self, lab, student, identifier, source, digest, paper, when, late, notes, answers, problem=""):
         """A new submission; returns its id. One that cannot be graded is done at once."""
-        row = (lab, student, identifier, source, digest, paper, when and when.isoformat(), int(late), json.dumps(notes),
-               json.dumps(answers), 0, problem, int(bool(problem)), 0, _now())  # fmt: skip
-        columns = ("lab, student, identifier, source, digest, paper, handed_in, late, notes, answers, level, problem, "
-                   "done, current, added")  # fmt: skip
+        row = (
+            lab,
+            student,
+            identifier,
+            source,
+            digest,
+            paper,
+            when and when.isoformat(),
+            int(late),
+            json.dumps(notes),
+            json.dumps(answers),
+            0,
+            problem,
+            int(bool(problem)),
+            0,
+            _now(),
+        )
+        columns = (
+            "lab, student, identifier, source, digest, paper, handed_in, late, notes, answers, level, problem, "
+            "done, current, added"
+        )
         marks = ", ".join("?" * len(row))
         return self.db.execute(f"INSERT INTO submission ({columns}) VALUES ({marks})", row).lastrowid
 
@@ -129,7 +149,9 @@ class Gradebook:
         """Let each student's submission with the most points count, of those that could be graded."""
         rows = self._all(
             "SELECT id, student, identifier, (SELECT sum(points) FROM mark WHERE submission = s.id) FROM submission s "
-            "WHERE lab = ? AND problem = '' ORDER BY 4, id", lab)  # fmt: skip
+            "WHERE lab = ? AND problem = '' ORDER BY 4, id",
+            lab,
+        )
         best = {(student, identifier): id for id, student, identifier, _ in rows}
         with self:
             for id in best.values():
@@ -169,27 +191,16 @@ class Gradebook:
 
     def hand(self, result, check, points, reason):
         """A mark that a person gave; it stays until a person gives another."""
-        row = (
-            result.lab,
-            result.student,
-            result.identifier,
-            check,
-            points,
-            reason,
-            result.answers.get(check),
-            _now(),
-        )
+        row = (result.lab, result.student, result.identifier, check, points, reason, result.answers.get(check), _now())
         self.db.execute("INSERT OR REPLACE INTO hand VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def written(self):
         """Lists of results as grades.csv held them when it was last written, and the time before: see `wrote`."""
         stored = [
-            json.loads(value)
-            for (value,) in self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")
+            json.loads(value) for (value,) in self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")
         ]
         return [
-            [Result(*about, marks=[Mark(*mark) for mark in marks]) for *about, marks in snapshot]
-            for snapshot in stored
+            [Result(*about, marks=[Mark(*mark) for mark in marks]) for *about, marks in snapshot] for snapshot in stored
         ]
 
     def wrote(self, results):
@@ -218,8 +229,7 @@ class Gradebook:
     def results(self, lab, figures=False):
         """A generator of Result, one for each student, by name: of the submission that counts."""
         ids = self._all(
-            "SELECT id FROM submission WHERE lab = ? AND current = 1 ORDER BY student COLLATE NOCASE, identifier",
-            lab,
+            "SELECT id FROM submission WHERE lab = ? AND current = 1 ORDER BY student COLLATE NOCASE, identifier", lab
         )
         for (id,) in ids:
             yield self.result(id, figures)
@@ -228,17 +238,40 @@ class Gradebook:
         """The Result of one submission."""
         ((lab, student, identifier, source, paper, when, late, notes, answers, level, problem),) = self._all(
             "SELECT lab, student, identifier, source, paper, handed_in, late, notes, answers, level, problem "
-            "FROM submission WHERE id = ?", id)  # fmt: skip
+            "FROM submission WHERE id = ?",
+            id,
+        )
         when = datetime.fromisoformat(when) if when else None
-        result = Result(student, identifier, lab, source, when, bool(late), json.loads(notes), level, problem,
-                        answers=json.loads(answers), id=id)  # fmt: skip
+        result = Result(
+            student,
+            identifier,
+            lab,
+            source,
+            when,
+            bool(late),
+            json.loads(notes),
+            level,
+            problem,
+            answers=json.loads(answers),
+            id=id,
+        )
         if problem:
             return result
-        given = {row[0]: row[1:] for row in self._all(
-            "SELECT chk, points, status, reason, lines, mistake FROM mark WHERE submission = ?", id)}  # fmt: skip
-        hand = {row[0]: row[1:] for row in self._all(
-            "SELECT chk, points, reason, answer FROM hand WHERE lab = ? AND student = ? AND identifier = ?",
-            lab, student, identifier)}  # fmt: skip
+        given = {
+            row[0]: row[1:]
+            for row in self._all(
+                "SELECT chk, points, status, reason, lines, mistake FROM mark WHERE submission = ?", id
+            )
+        }
+        hand = {
+            row[0]: row[1:]
+            for row in self._all(
+                "SELECT chk, points, reason, answer FROM hand WHERE lab = ? AND student = ? AND identifier = ?",
+                lab,
+                student,
+                identifier,
+            )
+        }
         for check in self.checks(lab, paper):
             if check.id in hand:
                 points, reason, answer = hand[check.id]
@@ -270,7 +303,9 @@ class Gradebook:
         """[(student, identifier, source, points, added)] of all done submissions, the oldest first."""
         return self._all(
             "SELECT student, identifier, source, (SELECT sum(points) FROM mark WHERE submission = s.id), added "
-            "FROM submission s WHERE lab = ? AND done = 1 ORDER BY id", lab)  # fmt: skip
+            "FROM submission s WHERE lab = ? AND done = 1 ORDER BY id",
+            lab,
+        )
 
 
 def _now():

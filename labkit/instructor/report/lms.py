@@ -9,7 +9,7 @@ import re
 import unicodedata
 from collections import Counter
 
-from ..records import BY_HAND, Problem
+from ..records import BY_HAND, CommandError
 from .tables import SHOWN, Sheet, clean, guard, labels, number, plain
 
 LONGEST = 500  # characters of a feedback comment
@@ -18,33 +18,66 @@ YES = {"yes", "si", "ja", "oui", "sim", "да"}
 # Moodle's headers in English, Spanish, German, French, Italian, Portuguese, Russian and Catalan, as `fold`
 # gives them.
 HEADERS = {
-    "identifier": {
-        "identifier", "identificador", "id", "identifiant", "identificativo", "идентификатор",
-    },
+    "identifier": {"identifier", "identificador", "id", "identifiant", "identificativo", "идентификатор"},
     "name": {
-        "full name", "nombre completo", "nombre", "vollstandiger name", "nom complet", "nome completo",
-        "полное имя", "nome",
+        "full name",
+        "nombre completo",
+        "nombre",
+        "vollstandiger name",
+        "nom complet",
+        "nome completo",
+        "полное имя",
+        "nome",
     },
     "grade": {
-        "grade", "calificacion", "bewertung", "note", "valutazione", "voto", "nota", "avaliacao", "оценка",
+        "grade",
+        "calificacion",
+        "bewertung",
+        "note",
+        "valutazione",
+        "voto",
+        "nota",
+        "avaliacao",
+        "оценка",
         "qualificacio",
     },
     "maximum": {
-        "maximum grade", "calificacion maxima", "bestwertung", "note maximale", "valutazione massima",
-        "nota maxima", "avaliacao maxima", "максимальная оценка", "qualificacio maxima",
+        "maximum grade",
+        "calificacion maxima",
+        "bestwertung",
+        "note maximale",
+        "valutazione massima",
+        "nota maxima",
+        "avaliacao maxima",
+        "максимальная оценка",
+        "qualificacio maxima",
     },
     "changeable": {
-        "grade can be changed", "la calificacion puede ser cambiada", "la calificacion puede cambiarse",
-        "bewertung kann geandert werden", "la note peut etre modifiee", "la valutazione puo essere cambiata",
-        "nota pode ser alterada", "a nota pode ser alterada", "оценка может быть изменена",
-        "es pot canviar la qualificacio", "la qualificacio es pot canviar",
+        "grade can be changed",
+        "la calificacion puede ser cambiada",
+        "la calificacion puede cambiarse",
+        "bewertung kann geandert werden",
+        "la note peut etre modifiee",
+        "la valutazione puo essere cambiata",
+        "nota pode ser alterada",
+        "a nota pode ser alterada",
+        "оценка может быть изменена",
+        "es pot canviar la qualificacio",
+        "la qualificacio es pot canviar",
     },
     "feedback": {
-        "feedback comments", "comentarios de retroalimentacion", "feedback als kommentar",
-        "feedback par commentaires", "commenti", "commenti di feedback", "comentarios de feedback",
-        "отзыв в виде комментария", "comentaris de retroalimentacio", "comentaris de retroaccio",
+        "feedback comments",
+        "comentarios de retroalimentacion",
+        "feedback als kommentar",
+        "feedback par commentaires",
+        "commenti",
+        "commenti di feedback",
+        "comentarios de feedback",
+        "отзыв в виде комментария",
+        "comentaris de retroalimentacio",
+        "comentaris de retroaccio",
     },
-}  # fmt: skip
+}
 
 
 def fill_moodle(worksheet, out, results, grade_column=None, feedback_column=None, partial=False):
@@ -119,20 +152,22 @@ def _moodle_columns(sheet, grade_column, feedback_column):
         last = len(header) - 1
         used = set(column.values())
         column["feedback"] = last if last not in used and "" in cells(last) else None
-    for name, option, wanted in (("grade", "--grade-column", grade_column),
-                                 ("feedback", "--feedback-column", feedback_column)):  # fmt: skip
+    for name, option, wanted in (
+        ("grade", "--grade-column", grade_column),
+        ("feedback", "--feedback-column", feedback_column),
+    ):
         if wanted is not None:
             column[name] = _one(i for i, text in enumerate(header) if text == fold(wanted))
             if column[name] is None:
                 columns = _list(sheet.header)
-                raise Problem(f"{sheet.path}: {option} {wanted!r} is not one of its columns, {columns}.")
+                raise CommandError(f"{sheet.path}: {option} {wanted!r} is not one of its columns, {columns}.")
     if column["identifier"] is None and column["name"] is None:
-        raise Problem(
+        raise CommandError(
             f"{sheet.path} has no column that tells its students, as Moodle's Identifier does; its columns "
             f"are {_list(sheet.header)}. Download the grading worksheet from the assignment's page."
         )
     if column["grade"] is None or column["maximum"] is None and grade_column is None:
-        raise Problem(
+        raise CommandError(
             f"{sheet.path}: its columns are {_list(sheet.header)}; which is for the grades, and which one "
             "holds the maximum grade, cannot be told; name the first with --grade-column. (An assignment "
             "graded on a scale of words has no maximum grade; give it points in Moodle.)"
@@ -156,7 +191,7 @@ def fill_canvas(gradebook, out, results, lab_title=None, column=None, partial=Fa
     header, body = [fold(text) for text in sheet.header], sheet.body()
     top = _one(i for i in body if fold(sheet.row(i)[0]) == "points possible")
     if "id" not in header or top is None:
-        raise Problem(
+        raise CommandError(
             f"{sheet.path} is not a gradebook as Canvas exports it, with a column ID and a row Points "
             f"Possible; its columns are {_list(sheet.header)}. Export it from Canvas's Gradebook again."
         )
@@ -168,7 +203,7 @@ def fill_canvas(gradebook, out, results, lab_title=None, column=None, partial=Fa
     }
     chosen = _canvas_column(sheet, list(points), lab, lab_title, column)
     if not points[chosen]:
-        raise Problem(
+        raise CommandError(
             f"{sheet.path}: {sheet.header[chosen]!r} gives no points (Points Possible is "
             f"{sheet.cell(top, chosen)}); set its points in Canvas and export again."
         )
@@ -214,7 +249,7 @@ def _canvas_column(sheet, columns, lab, lab_title, wanted):
         return min(found)
     meant = f"{wanted!r}" if wanted is not None else f"the lab {lab}"
     says = "more than one of its assignments may be" if found else "none of its assignments is"
-    raise Problem(
+    raise CommandError(
         f"{sheet.path}: {says} {meant}: {_list(titles[c] for c in sorted(found) or columns)}; name "
         "one with --column, by its title or the number behind it."
     )
@@ -317,7 +352,7 @@ def _one_lab(results):
     """The lab of all `results`; Problem when they are of several."""
     labs = sorted({result.lab for result in results})
     if len(labs) > 1:
-        raise Problem(f"The table is for one lab, but there are results of {_list(labs)}; choose one.")
+        raise CommandError(f"The table is for one lab, but there are results of {_list(labs)}; choose one.")
     return labs[0] if labs else ""
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
+from ..records import CommandError
 from . import lms, tables
 from .class_page import class_page
 from .figures import Drawer
 from .page import file_name
 from .pages import feedback_page, to_mark_page
-from ..records import Problem
 
 
 def write_all(book, paper, out, args):
@@ -29,9 +29,7 @@ def write_all(book, paper, out, args):
     told = []
     titles = {check.id: check.title for check in paper.checks}
     mine = [
-        replace(
-            result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks]
-        )
+        replace(result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks])
         for result in mine
     ]  # what students read has titles
     if args.moodle:
@@ -79,7 +77,7 @@ def write(path, text):
         part.write_text(text, encoding="utf-8", errors="replace")
         os.replace(part, path)
     except OSError as error:
-        raise Problem(f"{path} cannot be written: {error.strerror or error}.") from None
+        raise CommandError(f"{path} cannot be written: {error.strerror or error}.") from None
 
 
 def summary(results, out, paper, told):
@@ -98,9 +96,7 @@ def summary(results, out, paper, told):
         )
     for result in unfit:
         print(f"Could not be graded: {tables.clean(result.student)}: {result.problem}")
-    for reason, group in groupby(
-        sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason
-    ):
+    for reason, group in groupby(sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason):
         group = list(group)
         print(
             f"{len(group)} checks could not be run, the first of {tables.clean(group[0][0].student)}, {group[0][1].check}: {reason}"

@@ -4,8 +4,7 @@ import base64
 from collections import defaultdict
 
 from .. import records
-from .page import ANSWER, LINE, RUBRIC, TITLE
-from .page import box, counted, name, number, page, prose, region, text
+from .page import ANSWER, LINE, RUBRIC, TITLE, box, counted, name, number, page, prose, region, text
 from .tables import labels
 
 LINES = 60  # lines of a report that are shown
@@ -164,17 +163,19 @@ def _question(check, named):
     order = sorted(groups.items(), key=lambda pair: (_read(pair[1]), min(map(_order, pair[1]))))
     nobody = ", ".join(map(_given, sorted(empty, key=_order)))
     told = f"{counted(check.points, 'point')}; <code>{text(check.id, TITLE)}</code> in grades.csv"
-    return "\n".join([
-        f"<section><h2>{prose(check.title, TITLE)}</h2>",
-        f'<p class="soft">{told}. {_progress(groups.values(), empty)}.</p>',
-        f"<h3>Question</h3>{box(check.question, RUBRIC, 'question')}" if check.question.strip() else "",
-        f"<h3>How to mark it</h3>{box(check.rubric, RUBRIC, 'rubric')}" if check.rubric.strip() else "",
-        '<ol class="checks">' if groups else "",
-        *[_group(answer, who) for answer, who in order],
-        "</ol>" if groups else "",
-        f'<p class="soft">No answer: {nobody}.</p>' if empty else "",
-        "</section>",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            f"<section><h2>{prose(check.title, TITLE)}</h2>",
+            f'<p class="soft">{told}. {_progress(groups.values(), empty)}.</p>',
+            f"<h3>Question</h3>{box(check.question, RUBRIC, 'question')}" if check.question.strip() else "",
+            f"<h3>How to mark it</h3>{box(check.rubric, RUBRIC, 'rubric')}" if check.rubric.strip() else "",
+            '<ol class="checks">' if groups else "",
+            *[_group(answer, who) for answer, who in order],
+            "</ol>" if groups else "",
+            f'<p class="soft">No answer: {nobody}.</p>' if empty else "",
+            "</section>",
+        ]
+    )
 
 
 def _progress(groups, empty):

@@ -7,7 +7,7 @@ from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
-from ..records import Problem
+from ..records import CommandError
 
 _BOMS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
 
@@ -25,14 +25,14 @@ class Sheet:
         try:
             data = self.path.read_bytes()
         except OSError as error:
-            raise Problem(f"{path} cannot be read: {error.strerror or error}.") from None
+            raise CommandError(f"{path} cannot be read: {error.strerror or error}.") from None
         self.bom, self.codec = next((pair for pair in _BOMS if data.startswith(pair[0])), (b"", "utf-8"))
         text = self._decode(data[len(self.bom) :])
         lines = text.splitlines()
         full = [i for i, line in enumerate(lines) if line.strip(' \t,;"') and not line.startswith("sep=")]
         self.top = full[0] if full else None
         if self.top is None:
-            raise Problem(f"{path} is empty; it should be a table whose first line names its columns.")
+            raise CommandError(f"{path} is empty; it should be a table whose first line names its columns.")
         outside = Counter(re.sub(r'"[^"]*"', "", lines[self.top]))
         self.comma = max(",;\t", key=lambda c: outside[c])
         if lines[0].startswith("sep="):
@@ -41,7 +41,7 @@ class Sheet:
 
     def _decode(self, data):
         if data.startswith(b"PK\x03\x04"):
-            raise Problem(f"{self.path} is a workbook; in the spreadsheet, save it as 'CSV UTF-8'.")
+            raise CommandError(f"{self.path} is a workbook; in the spreadsheet, save it as 'CSV UTF-8'.")
         for codec in (self.codec, "cp1252"):
             try:
                 text = data.decode(codec)
@@ -50,7 +50,7 @@ class Sheet:
             if "\0" not in text:
                 self.codec = codec
                 return text
-        raise Problem(f"{self.path} is not a text file that can be read; save it as 'CSV UTF-8'.")
+        raise CommandError(f"{self.path} is not a text file that can be read; save it as 'CSV UTF-8'.")
 
     @property
     def header(self):
@@ -134,7 +134,7 @@ def replace(path, data):
         reason = error.strerror or error
         if isinstance(error, PermissionError):
             reason = f"{reason}; is it open in a spreadsheet? Close it there and run this again"
-        raise Problem(f"{path} cannot be written: {reason}.") from None
+        raise CommandError(f"{path} cannot be written: {reason}.") from None
 
 
 def clean(text):

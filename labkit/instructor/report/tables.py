@@ -5,14 +5,24 @@ import io
 import re
 from collections import Counter
 
-from ..records import ERROR, OPEN, Problem
+from ..records import ERROR, OPEN, CommandError
 from .sheet import Sheet, clean, guard, key, number, plain, replace, squash, unguard
 
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
-    "student", "identifier", "lab", "points", "max_points", "percent", "open", "late", "handed_in", "source",
-    "sandbox_level", "notes",
-)  # fmt: skip
+    "student",
+    "identifier",
+    "lab",
+    "points",
+    "max_points",
+    "percent",
+    "open",
+    "late",
+    "handed_in",
+    "source",
+    "sandbox_level",
+    "notes",
+)
 SHOWN = 10  # how many problems or names one message lists
 SAME = 1e-3  # points closer than this are equal: a spreadsheet saves the digits that it shows
 
@@ -69,10 +79,22 @@ def write_summary(path, results):
             percent = f"{100 * result.points / result.max_points:.1f}" if result.max_points else ""
         when = result.when.astimezone().isoformat(timespec="seconds") if result.when else ""
         notes = " ".join([result.problem, *result.notes])
-        rows.append((
-            name, result.identifier, result.lab, points, plain(result.max_points), percent, str(result.open),
-            "yes" if result.late else "", when, result.source, str(result.level), notes,
-        ))  # fmt: skip
+        rows.append(
+            (
+                name,
+                result.identifier,
+                result.lab,
+                points,
+                plain(result.max_points),
+                percent,
+                str(result.open),
+                "yes" if result.late else "",
+                when,
+                result.source,
+                str(result.level),
+                notes,
+            )
+        )
     _write(path, SUMMARY, rows)
 
 
@@ -108,7 +130,7 @@ def read_hand_marks(path, results, notes=None):
         elif entry:
             marks[name, where[1], mark.check] = entry
     if wrong:
-        raise Problem(_listing(path, wrong, sheet.codec == "cp1252"))
+        raise CommandError(_listing(path, wrong, sheet.codec == "cp1252"))
     if notes is not None:
         notes += told
     return marks
@@ -135,8 +157,12 @@ class _Written:
                 raise ValueError(f"there are points ({cells['points']!r}), but no check; {keep}")
             return None, None, None
         if student not in self.students:
-            near = [name for key, of in self.students.items() for name, _ in of.values()
-                    if student and key.startswith(student + " (")]  # fmt: skip
+            near = [
+                name
+                for key, of in self.students.items()
+                for name, _ in of.values()
+                if student and key.startswith(student + " (")
+            ]
             now = f" (now {' or '.join(map(repr, near))}?)" if near else ""
             raise ValueError(f"there is no student {cells['student']!r}{now}; {keep}")
         of = self.students[student]
@@ -188,12 +214,12 @@ def _grades_columns(sheet, several):
     for column, header in enumerate(sheet.header):
         name = "_".join(key(header).split())
         if name in columns:
-            raise Problem(f"{sheet.path}: there are two columns {name!r}; delete one of them.")
+            raise CommandError(f"{sheet.path}: there are two columns {name!r}; delete one of them.")
         if name in GRADES:
             columns[name] = column
     missing = [name for name in ("student", "check", "points", *["lab"] * several) if name not in columns]
     if missing:
-        raise Problem(
+        raise CommandError(
             f"{sheet.path}: there is no column {' and no column '.join(map(repr, missing))} in line "
             f"{sheet.top + 1}, which should be {','.join(GRADES)}; put it back, or write the file anew."
         )

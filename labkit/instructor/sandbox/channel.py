@@ -11,11 +11,11 @@ START = 30  # seconds for a worker to be there, on a busy machine
 SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
 
 
-class Lost(FilterError):
+class WorkerLostError(FilterError):
     """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student."""
 
 
-class Raised(FilterError):
+class StudentCodeError(FilterError):
     """The student's code raised: kind is the exception's type, place (cell label, line) or None."""
 
     def __init__(self, kind, place, text):
@@ -39,7 +39,7 @@ class Channel:
             self.ready = True
 
     def ask(self, request, seconds):
-        """The answer to a request. Raises Lost; then the worker is no use any more."""
+        """The answer to a request. Raises WorkerLostError; then the worker is no use any more."""
         deadline = time.monotonic() + seconds
         self._send(wire.pack(request), deadline)
         try:
@@ -47,14 +47,14 @@ class Channel:
             text, raw = wire.sizes(head)
             body = self._receive(text + raw, deadline)
             answer = wire.unpack(body[:text], body[text:])
-        except wire.Garbage:
-            raise Lost(SPOILT) from None
+        except wire.FrameError:
+            raise WorkerLostError(SPOILT) from None
         if not isinstance(answer, dict):
-            raise Lost(SPOILT)
+            raise WorkerLostError(SPOILT)
         if "odd" in answer:
-            raise Raised("TypeError", None, f"What came back is no number and no array: {answer['odd']}.")
+            raise StudentCodeError("TypeError", None, f"What came back is no number and no array: {answer['odd']}.")
         if "raised" in answer:
-            raise Raised(*_failure(answer))
+            raise StudentCodeError(*_failure(answer))
         return answer
 
     def _send(self, data, deadline):
@@ -67,7 +67,7 @@ class Channel:
             except BlockingIOError:
                 continue
             except OSError:
-                raise Lost(self._gone()) from None
+                raise WorkerLostError(self._gone()) from None
 
     def _receive(self, count, deadline):
         stream, parts = self.worker.process.stdout, []
@@ -80,7 +80,7 @@ class Channel:
             except OSError:
                 part = b""
             if not part:
-                raise Lost(self._gone())
+                raise WorkerLostError(self._gone())
             parts.append(part)
             count -= len(part)
         return b"".join(parts)
@@ -90,7 +90,7 @@ class Channel:
         with selectors.DefaultSelector() as selector:
             selector.register(stream, event)
             if left <= 0 or not selector.select(left):
-                raise Lost("Your code was still running when its time was up: does a loop never end?")
+                raise WorkerLostError("Your code was still running when its time was up: does a loop never end?")
 
     def _gone(self):
         return (
@@ -104,7 +104,5 @@ class Channel:
 
 def _failure(answer):
     kind, place, text = (answer.get(key) for key in ("raised", "place", "text"))
-    sound = (
-        isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
-    )
+    sound = isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
     return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000]

@@ -4,16 +4,16 @@ import os
 import sys
 import tempfile
 
+from ..records import CommandError
 from . import levels, probe
-from .proxy import TOTAL
-from ..records import Problem
 from .launch import make_runtime
+from .proxy import TOTAL
 
 
 def look():
     """What levels.find finds on this machine, the best first."""
     if os.name == "nt":
-        raise Problem(
+        raise CommandError(
             "Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows."
         )
     with tempfile.TemporaryDirectory(prefix="labkit-") as folder:
@@ -22,21 +22,21 @@ def look():
 
 
 def choose(args):
-    """The best Sandbox of this machine that the options allow; says which. Raises Problem if there is none."""
+    """The best Sandbox of this machine that the options allow; says which. Raises CommandError if there is none."""
     found = [f.sandbox for f in look() if f.sandbox]
     if args.level is not None:
         found = [sandbox for sandbox in found if sandbox.level <= args.level]
     if not found:
-        raise Problem("No sandbox can be used here: `labkit sandbox` tells why.")
+        raise CommandError("No sandbox can be used here: `labkit sandbox` tells why.")
     best = max(found, key=lambda sandbox: sandbox.level)
     if best.level == 0 and not args.trust_students:
-        raise Problem(
+        raise CommandError(
             "There is no sandbox here that holds, so students' code could read and change your files. Install bubblewrap "
             "(on Debian and Ubuntu: sudo apt install bubblewrap), or, if you trust every student with your account, "
             "give --trust-students. `labkit sandbox` tells more."
         )
     if best.level == 1 and not args.weak_sandbox:
-        raise Problem(
+        raise CommandError(
             "Only a weak sandbox can be used here (level 1): `labkit sandbox` tells what is open. Install bubblewrap, or "
             "give --weak-sandbox if that will do."
         )
@@ -44,9 +44,7 @@ def choose(args):
         f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total if args else TOTAL:g} s for each submission."
     )
     if best.level < 3:
-        print(
-            "Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one."
-        )
+        print("Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one.")
     return best
 
 
@@ -54,7 +52,7 @@ def table():
     """Print what each way of shutting code in keeps; exit status 0 if there is a level of 2 or more, else 1."""
     try:
         found = look()
-    except Problem as problem:
+    except CommandError as problem:
         print(f"labkit sandbox: {problem}", file=sys.stderr)
         return 2
     for one in found:

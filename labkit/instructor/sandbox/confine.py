@@ -10,17 +10,98 @@ MEMORY = 2 * 2**30  # bytes of address space, for each process
 
 # What no student's answer needs, and an escape may: processes, sockets (also the local ones that
 # landlock leaves open), other processes' memory, namespaces, what outlives a process, the terminal.
-FORBIDDEN = """
-fork vfork execve execveat kill pidfd_send_signal pidfd_open pidfd_getfd rt_sigqueueinfo rt_tgsigqueueinfo
-socket socketpair connect bind listen accept accept4 ptrace process_vm_readv process_vm_writev process_madvise kcmp
-mount umount2 pivot_root chroot setns unshare move_mount fsopen fsconfig fsmount open_tree mount_setattr
-open_by_handle_at name_to_handle_at bpf perf_event_open userfaultfd io_uring_setup io_uring_enter
-io_uring_register keyctl add_key request_key init_module finit_module delete_module kexec_load kexec_file_load
-reboot swapon swapoff sethostname setdomainname settimeofday clock_settime clock_adjtime adjtimex
-shmget shmat shmctl msgget msgsnd msgrcv semget semop semtimedop mq_open memfd_create memfd_secret
-setsid setpgid setpriority sched_setscheduler sched_setaffinity ioprio_set personality acct quotactl syslog
-fanotify_init inotify_init inotify_init1 vhangup nfsservctl lookup_dcookie modify_ldt iopl ioperm
-""".split()
+FORBIDDEN = [
+    "fork",
+    "vfork",
+    "execve",
+    "execveat",
+    "kill",
+    "pidfd_send_signal",
+    "pidfd_open",
+    "pidfd_getfd",
+    "rt_sigqueueinfo",
+    "rt_tgsigqueueinfo",
+    "socket",
+    "socketpair",
+    "connect",
+    "bind",
+    "listen",
+    "accept",
+    "accept4",
+    "ptrace",
+    "process_vm_readv",
+    "process_vm_writev",
+    "process_madvise",
+    "kcmp",
+    "mount",
+    "umount2",
+    "pivot_root",
+    "chroot",
+    "setns",
+    "unshare",
+    "move_mount",
+    "fsopen",
+    "fsconfig",
+    "fsmount",
+    "open_tree",
+    "mount_setattr",
+    "open_by_handle_at",
+    "name_to_handle_at",
+    "bpf",
+    "perf_event_open",
+    "userfaultfd",
+    "io_uring_setup",
+    "io_uring_enter",
+    "io_uring_register",
+    "keyctl",
+    "add_key",
+    "request_key",
+    "init_module",
+    "finit_module",
+    "delete_module",
+    "kexec_load",
+    "kexec_file_load",
+    "reboot",
+    "swapon",
+    "swapoff",
+    "sethostname",
+    "setdomainname",
+    "settimeofday",
+    "clock_settime",
+    "clock_adjtime",
+    "adjtimex",
+    "shmget",
+    "shmat",
+    "shmctl",
+    "msgget",
+    "msgsnd",
+    "msgrcv",
+    "semget",
+    "semop",
+    "semtimedop",
+    "mq_open",
+    "memfd_create",
+    "memfd_secret",
+    "setsid",
+    "setpgid",
+    "setpriority",
+    "sched_setscheduler",
+    "sched_setaffinity",
+    "ioprio_set",
+    "personality",
+    "acct",
+    "quotactl",
+    "syslog",
+    "fanotify_init",
+    "inotify_init",
+    "inotify_init1",
+    "vhangup",
+    "nfsservctl",
+    "lookup_dcookie",
+    "modify_ldt",
+    "iopl",
+    "ioperm",
+]
 CLONE_THREAD = 0x00010000
 TIOCSTI, TIOCLINUX = 0x5412, 0x541C
 
@@ -50,9 +131,7 @@ def confine(landlock, seccomp, uid, scratch, readable, seconds):
 
 def _landlock(py_landlock, scratch, readable):
     AccessFs = py_landlock.AccessFs
-    rules = py_landlock.Landlock(
-        strict=False
-    )  # without the newest rights on an old kernel; the probe sees what holds
+    rules = py_landlock.Landlock(strict=False)  # without the newest rights on an old kernel; the probe sees what holds
     see = AccessFs.READ_FILE | AccessFs.READ_DIR
     for path in readable:
         if os.path.isdir(path):
@@ -72,9 +151,7 @@ def load(*names):
     for name in names:
         try:
             found.append(importlib.import_module(name))
-        except (
-            Exception
-        ):  # not installed, no such library, another system: it does not work, whatever the reason
+        except Exception:  # not installed, no such library, another system: it does not work, whatever the reason
             found.append(None)
     ctypes.util.find_library = search
     return found
@@ -90,9 +167,7 @@ def _seccomp(pyseccomp):
     # A new thread is fine, a new process is not; libraries fall back from clone3, whose flags a filter
     # cannot see, to clone.
     rules.add_rule(pyseccomp.ERRNO(errno.ENOSYS), "clone3")
-    rules.add_rule(
-        pyseccomp.ERRNO(errno.EPERM), "clone", pyseccomp.Arg(0, pyseccomp.MASKED_EQ, CLONE_THREAD, 0)
-    )
+    rules.add_rule(pyseccomp.ERRNO(errno.EPERM), "clone", pyseccomp.Arg(0, pyseccomp.MASKED_EQ, CLONE_THREAD, 0))
     for request in (TIOCSTI, TIOCLINUX):
         rules.add_rule(
             pyseccomp.ERRNO(errno.EPERM), "ioctl", pyseccomp.Arg(1, pyseccomp.MASKED_EQ, 0xFFFFFFFF, request)

@@ -43,25 +43,40 @@ class Sandbox:
         code = f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.instructor.sandbox.worker import main; main(*{needs})"
         command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
         environment = {
-            "PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "HOME": inside or scratch, "TMPDIR": inside or scratch,
-            "MPLBACKEND": "Agg", "MPLCONFIGDIR": inside or scratch,
+            "PATH": "/usr/bin:/bin",
+            "LANG": "C.UTF-8",
+            "HOME": inside or scratch,
+            "TMPDIR": inside or scratch,
+            "MPLBACKEND": "Agg",
+            "MPLCONFIGDIR": inside or scratch,
             # More threads than one would stay outside the limits that a thread sets itself.
-            "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
-        }  # fmt: skip
+            "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1",
+            "MKL_NUM_THREADS": "1",
+        }
         if self.way == "bubblewrap":
             command = bubblewrap(self.runtime, uid is not None) + command
         group = cgroup.make() if self.group else None
         if group:
             command = cgroup.within(group) + command
         process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=environment, cwd="/", start_new_session=True, bufsize=0,
-        )  # fmt: skip
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            cwd="/",
+            start_new_session=True,
+            bufsize=0,
+        )
         limits = {
-            "landlock": self.way == "landlock", "seccomp": self.seccomp and self.way != "limits", "uid": uid,
-            "scratch": inside or scratch, "seconds": int(seconds) + 1,
+            "landlock": self.way == "landlock",
+            "seccomp": self.seccomp and self.way != "limits",
+            "uid": uid,
+            "scratch": inside or scratch,
+            "seconds": int(seconds) + 1,
             "readable": [*readable(self.runtime), *DEVICES] if self.way == "landlock" else [],
-        }  # fmt: skip
+        }
         return Process(process, scratch, limits, group)
 
 
@@ -106,28 +121,10 @@ def readable(runtime):
 def bubblewrap(runtime, root):
     """The start of a command line that runs the rest of it with its own namespaces and nothing to write."""
     command = [shutil.which("bwrap") or "bwrap", "--die-with-parent", "--new-session", "--unshare-net"]
-    command += [
-        "--unshare-pid",
-        "--unshare-ipc",
-        "--unshare-uts",
-        "--unshare-cgroup-try",
-        "--cap-drop",
-        "ALL",
-    ]
+    command += ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--cap-drop", "ALL"]
     # Only root can open its own home folder, where Python may be: it binds first and drops itself later.
     command += ["--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"] if root else ["--unshare-user"]
-    command += [
-        "--proc",
-        "/proc",
-        "--dev",
-        "/dev",
-        "--size",
-        str(2**26),
-        "--perms",
-        "1777",
-        "--tmpfs",
-        "/tmp",
-    ]
+    command += ["--proc", "/proc", "--dev", "/dev", "--size", str(2**26), "--perms", "1777", "--tmpfs", "/tmp"]
     made = {"/", "/tmp", "/usr", "/etc"}
     for path in readable(runtime):
         if os.path.islink(path):

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from . import cgroup, probe
-from .confine import MEMORY, usable
 from .channel import Channel
+from .confine import MEMORY, usable
 from .launch import Sandbox
 
 WORDS = {
@@ -39,13 +39,7 @@ def find(runtime):
     ways = []
     if shutil.which("bwrap"):
         if cgroup.parent():
-            ways.append(
-                (
-                    "bubblewrap + cgroup",
-                    Sandbox("bubblewrap", runtime, group=True, seccomp=can["seccomp"]),
-                    "",
-                )
-            )
+            ways.append(("bubblewrap + cgroup", Sandbox("bubblewrap", runtime, group=True, seccomp=can["seccomp"]), ""))
         ways.append(("bubblewrap", Sandbox("bubblewrap", runtime, seccomp=can["seccomp"]), ""))
     else:
         ways.append(("bubblewrap", None, "the program bwrap is not installed"))
@@ -132,6 +126,12 @@ def _targets():
             if os.path.isdir("/proc"):  # abstract names are Linux's own
                 listening(socket.AF_UNIX, socket.SOCK_STREAM, b"\0" + abstract.encode())
         yield {
-            "canary": str(canary), "folder": folder, "tcp": tcp, "udp": udp, "unix": unix,
-            "abstract": abstract, "grader": os.getpid(), "memory": MEMORY,
-        }  # fmt: skip
+            "canary": str(canary),
+            "folder": folder,
+            "tcp": tcp,
+            "udp": udp,
+            "unix": unix,
+            "abstract": abstract,
+            "grader": os.getpid(),
+            "memory": MEMORY,
+        }

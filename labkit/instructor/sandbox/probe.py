@@ -83,9 +83,9 @@ def _scratch():
 
 
 def _imports():
-    import numpy.random  # noqa: F401
     import wave  # noqa: F401 - a module that nothing has imported yet
 
+    import numpy.random  # noqa: F401
     import scipy.linalg  # noqa: F401
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...checks.feedback import FilterError
 from ...log import START as START_MEAN
 from ...log import START_COV
-from .channel import SPOILT, Channel, Lost
+from .channel import SPOILT, Channel, WorkerLostError
 
 CALL = 10  # seconds for the answer to one call
 TOTAL = 60  # seconds for all calls of one student
@@ -37,13 +37,13 @@ class Student:
         self.public = None  # what it said before, on inputs that its student knows
 
     def load(self):
-        """Run the student's cells in a fresh worker. Raises Lost."""
+        """Run the student's cells in a fresh worker. Raises WorkerLostError."""
         if self.loaded:
             return
         if self.why_lost:
-            raise Lost(self.why_lost)
+            raise WorkerLostError(self.why_lost)
         if self.left <= 0:
-            raise Lost(USED_UP)
+            raise WorkerLostError(USED_UP)
         self.channel = self.channel or Channel(self.sandbox, self.total)
         self.tainted = False
         try:
@@ -52,7 +52,7 @@ class Student:
         except FilterError as error:
             self.why_lost = f"Your notebook could not be loaded. {error}"
             self._drop()
-            raise Lost(self.why_lost) from None
+            raise WorkerLostError(self.why_lost) from None
         kinds, problems = answer.get("kinds"), answer.get("problems")
         self.kinds = kinds if isinstance(kinds, dict) else {}
         self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
@@ -64,12 +64,12 @@ class Student:
         about: the student's object that it is about;  secret: whether it holds what the student must not see.
         """
         if self.hangs[about] >= HANGS:
-            raise Lost(f"This check was left out. In the checks before it: {self.stuck[about]}")
+            raise WorkerLostError(f"This check was left out. In the checks before it: {self.stuck[about]}")
         self.load()
         self.tainted = self.tainted or secret
         try:
             return self._timed(request, about)
-        except Lost:
+        except WorkerLostError:
             self._drop()
             raise
 
@@ -82,7 +82,7 @@ class Student:
         allowed = min(self.call, max(self.left, 0.1))
         try:
             return self.channel.ask(request, allowed)
-        except Lost as error:
+        except WorkerLostError as error:
             self.hangs[about] += time.monotonic() - start >= allowed * 0.95
             self.stuck[about] = error
             raise
@@ -98,14 +98,14 @@ class Student:
         self._drop()
 
     def find(self, name):
-        """What stands for the student's object of that name in a check cell. Raises Lost if there is none."""
+        """What stands for the student's object of that name in a check cell. Raises WorkerLostError if there is none."""
         self.load()
         if name not in self.kinds:
-            raise Missing(name, self.problems)
+            raise MissingAnswerError(name, self.problems)
         return Stand(self, name)
 
 
-class Missing(Lost):
+class MissingAnswerError(WorkerLostError):
     """The student's notebook has run, but a name that is to be checked is not there."""
 
     def __init__(self, name, problems):
@@ -135,19 +135,24 @@ class Stand:
         request = {"name": self.__name__, "calls": [list(args) for args in calls]}
         values = self.student.ask(self.__name__, do="map", secret=secret, **request).get("values")
         if not isinstance(values, list) or len(values) != len(calls):
-            raise Lost(SPOILT)
+            raise WorkerLostError(SPOILT)
         return values
 
     def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, noise=None, secret=True):
         """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along."""
         fields = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame")
         sent = {name: getattr(log, name) for name in fields}
-        more = {"x0": np.asarray(x0, float), "P0": np.asarray(P0, float), "noise": noise, "complete": getattr(log, "complete", None)}
+        more = {
+            "x0": np.asarray(x0, float),
+            "P0": np.asarray(P0, float),
+            "noise": noise,
+            "complete": getattr(log, "complete", None),
+        }
         if noise is None:
-            more["Q"], more["R"] = (np.asarray(own if own is not None else of_log, float) for own, of_log in ((Q, log.Q), (R, log.R)))
-        return self.student.ask(
-            self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more
-        )
+            more["Q"], more["R"] = (
+                np.asarray(own if own is not None else of_log, float) for own, of_log in ((Q, log.Q), (R, log.R))
+            )
+        return self.student.ask(self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
 
     def replay_team(self, log, x0, P0, noise, options):
         """{x, P} of the student's filter over a whole TeamLog, in one call; no truth goes along."""

@@ -19,17 +19,17 @@ TYPES = ("<f8", "<i8", "|b1")
 _HEAD = struct.Struct(">II")
 
 
-class Garbage(Exception):
+class FrameError(Exception):
     """A frame that is none."""
 
 
 def pack(message):
-    """The bytes of a frame; raises Garbage if `message` holds what is no data."""
+    """The bytes of a frame; raises FrameError if `message` holds what is no data."""
     blobs = []
     text = json.dumps(_plain(message, blobs)).encode()
     raw = b"".join(blobs)
     if len(text) + len(raw) > LIMIT:
-        raise Garbage(f"more than {LIMIT // 10**6} MB came back")
+        raise FrameError(f"more than {LIMIT // 10**6} MB came back")
     return _HEAD.pack(len(text), len(raw)) + text + raw
 
 
@@ -37,7 +37,7 @@ def sizes(head):
     """How many bytes follow a frame's first eight."""
     text, raw = _HEAD.unpack(head)
     if text + raw > LIMIT:
-        raise Garbage(f"more than {LIMIT // 10**6} MB came back")
+        raise FrameError(f"more than {LIMIT // 10**6} MB came back")
     return text, raw
 
 
@@ -46,11 +46,11 @@ def unpack(text, raw):
     try:
         stored = json.loads(text)
     except (ValueError, RecursionError):
-        raise Garbage("no JSON came back") from None
+        raise FrameError("no JSON came back") from None
     used = [0]
     message = _rebuilt(stored, raw, used, 0)
     if used[0] != len(raw):
-        raise Garbage("numbers are left over")
+        raise FrameError("numbers are left over")
     return message
 
 
@@ -78,7 +78,7 @@ def _plain(value, blobs):
             return value.tolist()
         kind = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "|b1"}.get(value.dtype.kind)
         if kind is None:
-            raise Garbage(f"an array of {value.dtype} is no array of numbers")
+            raise FrameError(f"an array of {value.dtype} is no array of numbers")
         blobs.append(np.ascontiguousarray(value, dtype=kind).tobytes())
         return {"array": [kind, list(value.shape)]}
     if isinstance(value, Noise):
@@ -86,7 +86,9 @@ def _plain(value, blobs):
     if isinstance(value, TeamNoise):
         return {"team_noise": [_plain(vars(value), blobs)]}
     if isinstance(value, Sighting):
-        return {"sighting": [_plain(item, blobs) for item in (value.id, np.asarray(value.p, dtype=float), value.complete)]}
+        return {
+            "sighting": [_plain(item, blobs) for item in (value.id, np.asarray(value.p, dtype=float), value.complete)]
+        }
     if isinstance(value, Landmark):
         return {"landmark": [_plain(value.id, blobs), _plain(np.asarray(value.p, dtype=float), blobs)]}
     if isinstance(value, Map):
@@ -97,12 +99,12 @@ def _plain(value, blobs):
         return [_plain(item, blobs) for item in value]
     if isinstance(value, dict):
         return {"dict": {str(name): _plain(item, blobs) for name, item in value.items()}}
-    raise Garbage(f"an object of type {type(value).__name__} is no data")
+    raise FrameError(f"an object of type {type(value).__name__} is no data")
 
 
 def _rebuilt(stored, raw, used, depth):
     if depth > 20:
-        raise Garbage("it is nested too deeply")
+        raise FrameError("it is nested too deeply")
     if isinstance(stored, list):
         return [_rebuilt(item, raw, used, depth + 1) for item in stored]
     if isinstance(stored, str):
@@ -110,12 +112,12 @@ def _rebuilt(stored, raw, used, depth):
     if not isinstance(stored, dict):
         return stored
     if len(stored) != 1:
-        raise Garbage("an unknown kind of data came back")
+        raise FrameError("an unknown kind of data came back")
     ((kind, content),) = stored.items()
     if kind == "dict" and isinstance(content, dict):
         return {name: _rebuilt(item, raw, used, depth + 1) for name, item in content.items()}
     if not isinstance(content, list):
-        raise Garbage("an unknown kind of data came back")
+        raise FrameError("an unknown kind of data came back")
     if kind == "array":
         return _array(content, raw, used)
     items = [_rebuilt(item, raw, used, depth + 1) for item in content]
@@ -129,21 +131,21 @@ def _rebuilt(stored, raw, used, depth):
         return _noise(items[0], Noise if kind == "noise" else TeamNoise)
     if kind == "map" and all(isinstance(item, Landmark) for item in items):
         return Map(items)
-    raise Garbage("an unknown kind of data came back")
+    raise FrameError("an unknown kind of data came back")
 
 
 def _sighting(p, name, complete):
     try:
         return Sighting(p, name, complete)
     except ValueError:
-        raise Garbage("a sighting without numbers came back") from None
+        raise FrameError("a sighting without numbers came back") from None
 
 
 def _noise(fields, of=Noise):
     try:
         return of(**fields)
     except (TypeError, ValueError):
-        raise Garbage("a noise that cannot be came back") from None
+        raise FrameError("a noise that cannot be came back") from None
 
 
 def _array(content, raw, used):
@@ -155,13 +157,13 @@ def _array(content, raw, used):
         and all(type(n) is int and 0 <= n <= LIMIT for n in shape)
     )
     if not sound:
-        raise Garbage("an array of an unknown kind came back")
+        raise FrameError("an array of an unknown kind came back")
     count = 1
     for n in shape:
         count *= n
     end = used[0] + count * np.dtype(kind).itemsize
     if end > len(raw):
-        raise Garbage("an array came back without its numbers")
+        raise FrameError("an array came back without its numbers")
     array = np.frombuffer(raw[used[0] : end], dtype=kind).reshape(shape).copy()
     used[0] = end
     return array

@@ -13,9 +13,9 @@ import numpy as np
 
 from ... import checks, log, metrics, team, world  # noqa: F401 - warm for the student
 from ...checks import feedback
+from ...legged.robot import FieldLog
 from ...notebook import read as notebook
 from ...notebook.session import Session
-from ...legged.robot import FieldLog
 from . import probe, wire
 from .confine import confine, load
 
@@ -38,7 +38,7 @@ def main(*packages):
             answer = failure(error)
         try:
             frame = wire.pack(answer)
-        except (wire.Garbage, RecursionError) as error:
+        except (wire.FrameError, RecursionError) as error:
             frame = wire.pack({"odd": str(error)[:TEXT]})
         answers.write(frame)
         answers.flush()
@@ -81,7 +81,7 @@ class Worker:
         """What `checks.observe` sees of the object: a list of traces, or why there are none."""
         try:
             traces = checks.observe(data, self.names[name])
-        except checks.CheckFailed as error:
+        except checks.CheckError as error:
             return {"told": error.summary[:TEXT], "lines": [str(line)[:TEXT] for line in error.details[:6]]}
         return {"traces": {id: _trace(trace) for id, trace in traces.items()}}
 

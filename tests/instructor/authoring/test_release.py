@@ -14,13 +14,11 @@ import zipfile
 import nbformat
 import pytest
 
-from labkit.instructor.authoring import build
 from labkit import cli
-from labkit.instructor.authoring import release
-from labkit.instructor.records import Problem
+from labkit.instructor.authoring import build, release
+from labkit.instructor.records import CommandError
 
 from helpers.reference import LABS, ROOT
-
 
 
 @pytest.fixture(scope="module")
@@ -66,19 +64,28 @@ def run(kit, *command):
 
 def test_the_files_are_those_that_students_need(kit):
     named = {
-        name for lab in LABS for cell in notebook(kit, lab).cells
+        name
+        for lab in LABS
+        for cell in notebook(kit, lab).cells
         for name in re.findall(r'^check\("([\w-]+)"', cell.source)
-    }  # fmt: skip
+    }
     modules = [path.relative_to(ROOT).as_posix() for path in (ROOT / "labkit").rglob("*.py")]
     modules = [path for path in modules if not path.startswith("labkit/instructor/")]
     assert len(named) >= 3 * len(LABS)
     assert set(files(kit)) == {
-        "LICENSE", "README.md", "docs/pictures/lab1-explore.png", "docs/students.md", "environment.yml",
-        "lab.py", "labkit/jupyter/overrides.json", "pyproject.toml", "requirements.txt",
+        "LICENSE",
+        "README.md",
+        "docs/pictures/lab1-explore.png",
+        "docs/students.md",
+        "environment.yml",
+        "lab.py",
+        "labkit/jupyter/overrides.json",
+        "pyproject.toml",
+        "requirements.txt",
         *modules,
         *(f"labkit/checks/data/{name}.json" for name in named),
         *(f"notebooks/{lab}.ipynb" for lab in LABS),
-    }  # fmt: skip
+    }
     for path in files(kit):
         if path != "README.md":
             assert (kit / path).read_bytes() == (ROOT / path).read_bytes(), path
@@ -110,9 +117,8 @@ def secrets(lab):
 
 def test_no_solution_and_no_hidden_cell_is_in_it(kit):
     shown = "\n".join(
-        cell.source for lab in LABS
-        for cell in build.student(build.source(ROOT / "solutions" / f"{lab}.py")).cells
-    )  # fmt: skip
+        cell.source for lab in LABS for cell in build.student(build.source(ROOT / "solutions" / f"{lab}.py")).cells
+    )
     texts = {}
     for path in files(kit):
         if path.endswith(".ipynb"):
@@ -147,12 +153,16 @@ def test_links_and_pictures_lead_somewhere(kit):
 
 
 def test_every_module_loads_without_the_full_kit(kit):
-    done = run(kit, "-c", (
-        "import importlib, pkgutil, labkit\n"
-        "names = [module.name for module in pkgutil.walk_packages(labkit.__path__, 'labkit.')]\n"
-        "for name in set(names) - {'labkit.__main__'}: importlib.import_module(name)\n"
-        "print(labkit.__path__[0], len(names))"
-    ))  # fmt: skip
+    done = run(
+        kit,
+        "-c",
+        (
+            "import importlib, pkgutil, labkit\n"
+            "names = [module.name for module in pkgutil.walk_packages(labkit.__path__, 'labkit.')]\n"
+            "for name in set(names) - {'labkit.__main__'}: importlib.import_module(name)\n"
+            "print(labkit.__path__[0], len(names))"
+        ),
+    )
     assert done.returncode == 0, done.stderr
     modules = [path for path in files(kit) if path.endswith(".py") and path.startswith("labkit/")]
     assert done.stdout.strip() == f"{kit / 'labkit'} {len(modules) - 1}"
@@ -209,10 +219,12 @@ def test_nothing_is_deleted_and_a_zip_is_replaced_only_by_force(tmp_path, capsys
     old.write_text("handed out last year")
     (tmp_path / "folder.zip").mkdir()
     for out, told in [
-        (tmp_path, "is not empty"), (tmp_path / "thesis.txt", "is a file"),
-        (old, "is there already"), (tmp_path / "folder.zip", "is a folder"),
+        (tmp_path, "is not empty"),
+        (tmp_path / "thesis.txt", "is a file"),
+        (old, "is there already"),
+        (tmp_path / "folder.zip", "is a folder"),
         (tmp_path / "thesis.txt" / "a", "cannot be"),
-    ]:  # fmt: skip
+    ]:
         assert cli.main(["release", str(out)]) == 2
         assert told in capsys.readouterr().err
     assert cli.main(["release", str(tmp_path), "--force"]) == 2
@@ -302,20 +314,20 @@ LEAKS = {
     ),
     "a file that is gone": (lambda project: (project / "lab.py").unlink(), "lab.py cannot be read"),
     "no notebook": (add(f"notebooks/{LABS[2]}.ipynb", "<<<<<<<"), "is not a notebook"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("spoil, told", LEAKS.values(), ids=LEAKS)
 def test_what_gives_answers_away_is_refused(project, tmp_path, spoil, told):
     spoil(project)
     for out in (tmp_path / "out", tmp_path / "out.zip"):
-        with pytest.raises(Problem, match=re.escape(told)):
+        with pytest.raises(CommandError, match=re.escape(told)):
             release.release(project, out)
         assert not out.exists()
 
 
 def test_without_solutions_there_is_nothing_to_release(kit, tmp_path):
-    with pytest.raises(Problem, match="a release is made from the full kit"):
+    with pytest.raises(CommandError, match="a release is made from the full kit"):
         release.release(kit, tmp_path / "out")
 
 

@@ -7,20 +7,23 @@ import sys
 
 import numpy as np
 import pytest
-from helpers.classroom import answers, blank, cell_is_code, filled, usable
-from helpers.reference import LABS
 
 from labkit import Landmark, Map, Robot, make_filter, random_map, replay, simulate
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
-from labkit.instructor.sandbox import levels, proxy, launch as sandbox, wire
-from labkit.instructor.exam import paper, pool as run
-from labkit.instructor.intake import submission
+from labkit.instructor.exam import paper
+from labkit.instructor.exam import pool as run
 from labkit.instructor.exam.exam import Exam
-from labkit.instructor.records import ERROR, PASSED
 from labkit.instructor.exam.team import TeamExam
+from labkit.instructor.intake import submission
+from labkit.instructor.records import ERROR, PASSED
+from labkit.instructor.sandbox import launch as sandbox
+from labkit.instructor.sandbox import levels, proxy, wire
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
+
+from helpers.classroom import answers, blank, cell_is_code, filled, usable
+from helpers.reference import LABS
 
 pytest.importorskip("nbval")
 TIME = {"call": 10, "total": 40}
@@ -67,9 +70,7 @@ def in_notebook(lab, subject, form):
     if usable(lab, form):
         return filled(lab, form)
     if isinstance(form, str):
-        holder = next(
-            id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s
-        )
+        holder = next(id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s)
         return filled(lab, **{holder.replace("-", "_"): f"{answers(lab)[holder]}\n\n{form}"})
     return None
 
@@ -85,9 +86,7 @@ def test_every_right_form_gets_all_points_whatever_is_drawn(lab, box):
     uses = {cell.id: cell.uses for cell in paper.read(lab).cells}
     bad = {}
     for name, of in marks(books, lab, box, seed=11).items():
-        subject = right.get(name, ("",))[
-            0
-        ]  # a form of `stack` that the solution's KF cannot use is right all the same
+        subject = right.get(name, ("",))[0]  # a form of `stack` that the solution's KF cannot use is right all the same
         for check, mark in of.items():
             if mark["status"] != PASSED and (not subject or subject in uses[check]):
                 bad[name, check] = mark
@@ -127,16 +126,33 @@ def test_a_lab_is_whole_in_its_hidden_checks(lab):
     """The maps, noises and cases that the checks promise are there, by what they are called."""
     titles = " ".join(check.title for check in paper.read(lab).checks if check.hidden)
     if lab.startswith("02"):
-        assert all(
-            word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always")
-        )
+        assert all(word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always"))
     else:
         words = ("another map", "other noise", "single landmark", "nothing in view", "many landmarks", "NEES")
         if lab.startswith("05"):
-            words = ("other angles", "all sides", "all directions", "other readings", "near and far", "false readings among",
-                     "all robots drive", "another gate", "without any reading", "NEES")  # fmt: skip
+            words = (
+                "other angles",
+                "all sides",
+                "all directions",
+                "other readings",
+                "near and far",
+                "false readings among",
+                "all robots drive",
+                "another gate",
+                "without any reading",
+                "NEES",
+            )
         if lab.startswith("04"):
-            words = ("blind", "another walk", "other noise", "kidnapping", "NEES", "across", "other trapezoids", "other grids")
+            words = (
+                "blind",
+                "another walk",
+                "other noise",
+                "kidnapping",
+                "NEES",
+                "across",
+                "other trapezoids",
+                "other grids",
+            )
         assert all(word in titles for word in words)
 
 
@@ -200,9 +216,7 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
     student = proxy.Student(box, work.cells, sheet.subjects)
     try:
         KF, own = student.find("KF"), Exam(lab).right("KF")[0]
-        log = simulate(
-            Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25
-        )
+        log = simulate(Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25)
         mine = replay(make_filter(own, log), log)
         stepped = replay(make_filter(KF, log), log)
         whole = KF.replay(log)
@@ -210,17 +224,34 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
             # Their sums may be in another order, on another number of threads.
             np.testing.assert_allclose(getattr(stepped, name), getattr(mine, name), atol=1e-12)
             np.testing.assert_allclose(whole[name], getattr(mine, name), atol=1e-12)
-        with pytest.raises(proxy.Missing):
+        with pytest.raises(proxy.MissingAnswerError):
             student.find("nothing")
     finally:
         student.end()
 
 
 DATA = [
-    None, True, 3, 2.5, float("inf"), "text", "half \ud83d", [], [1, [2.0, "x"]], (1, (2, 3)), {"a": {"b": [1]}},
-    np.eye(2), np.arange(3), np.array(2.5), np.zeros((0, 2)), np.array([True, False]), Landmark((1, 2), "six"),
-    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]), TeamNoise(walk=0.3), [(1, 0, np.array([2.0, 0.1]))],
-]  # fmt: skip
+    None,
+    True,
+    3,
+    2.5,
+    float("inf"),
+    "text",
+    "half \ud83d",
+    [],
+    [1, [2.0, "x"]],
+    (1, (2, 3)),
+    {"a": {"b": [1]}},
+    np.eye(2),
+    np.arange(3),
+    np.array(2.5),
+    np.zeros((0, 2)),
+    np.array([True, False]),
+    Landmark((1, 2), "six"),
+    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]),
+    TeamNoise(walk=0.3),
+    [(1, 0, np.array([2.0, 0.1]))],
+]
 
 
 @pytest.mark.parametrize("value", DATA, ids=lambda value: type(value).__name__)
@@ -238,12 +269,10 @@ def test_data_come_through_the_wire_as_they_are(value):
 
 
 @pytest.mark.parametrize(
-    "value",
-    [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len],
-    ids=lambda value: type(value).__name__,
+    "value", [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len], ids=lambda value: type(value).__name__
 )
 def test_what_is_no_data_does_not_go_out(value):
-    with pytest.raises(wire.Garbage):
+    with pytest.raises(wire.FrameError):
         wire.pack({"value": value})
 
 
@@ -270,12 +299,12 @@ def test_what_is_no_data_does_not_go_out(value):
     ],
 )
 def test_garbage_on_the_wire_is_garbage(text, raw):
-    with pytest.raises(wire.Garbage):
+    with pytest.raises(wire.FrameError):
         wire.unpack(text, raw)
 
 
 def test_a_frame_that_says_it_is_too_large_is_refused():
-    with pytest.raises(wire.Garbage):
+    with pytest.raises(wire.FrameError):
         wire.sizes(b"\x7f\xff\xff\xff\x7f\xff\xff\xff")
 
 

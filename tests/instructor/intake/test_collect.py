@@ -16,7 +16,7 @@ import pytest
 
 from labkit.instructor.intake import archive, collect
 from labkit.instructor.intake.collect import HandIn, iter_collect, open_submissions, tidy
-from labkit.instructor.records import Problem, Refused
+from labkit.instructor.records import CommandError, HandInError
 from labkit.notebook.read import Cell
 
 LAB, IDS = "01_cartesian_ekf", {"answer-kf": True, "answer-q1": False}
@@ -67,9 +67,7 @@ def laid(tmp_path, files):
 def told(path, lab=LAB):
     """Lines 'student|number|what' of a class, and its notes; what: the hand-in's name, or the reason."""
     hand_ins, unfits, notes = collect.collect(path, lab, IDS)
-    lines = [
-        f"{h.student}|{h.identifier}|{h.source.rsplit('/')[-1]}{'|late' if h.late else ''}" for h in hand_ins
-    ]
+    lines = [f"{h.student}|{h.identifier}|{h.source.rsplit('/')[-1]}{'|late' if h.late else ''}" for h in hand_ins]
     return lines + [f"{u.student}|{u.identifier}|! {u.reason}" for u in unfits], notes
 
 
@@ -79,8 +77,14 @@ NB = "01_cartesian_ekf.ipynb"
 SHAPES = {
     "files with students' names": (["ada.ipynb", "Bob Dylan.ipynb"], ["Bob Dylan|", "ada|"]),
     "files with the lab's name too": (
-        ["lovelace_01_cartesian_ekf.ipynb", "01_cartesian_ekf-bob (1).ipynb", "01 Cartesian-EKF Kim.ipynb",
-         "Copy of eve_01_cartesian_ekf-Copy1.ipynb", "zoe (2).ipynb", "stefan2_01_cartesian_ekf-1.ipynb"],
+        [
+            "lovelace_01_cartesian_ekf.ipynb",
+            "01_cartesian_ekf-bob (1).ipynb",
+            "01 Cartesian-EKF Kim.ipynb",
+            "Copy of eve_01_cartesian_ekf-Copy1.ipynb",
+            "zoe (2).ipynb",
+            "stefan2_01_cartesian_ekf-1.ipynb",
+        ],
         ["Kim|", "bob|", "eve|", "lovelace|", "stefan2|", "zoe|"],
     ),
     "folders": ([f"Ada L/{NB}", "bob/work/x/my.ipynb"], ["Ada L|", "bob|"]),
@@ -89,15 +93,13 @@ SHAPES = {
         [f"{A_FILE}/{NB}", f"Jean-Luc O'Neil_7_assignsubmission_file/deep/{NB}"],
         ["Ada Lovelace|123", "Jean-Luc O'Neil|7"],
     ),
-    "Moodle's flat files": (
-        [f"{A_FILE}{NB}", f"Bo_b_9_assignsubmission_file_{NB}"], ["Ada Lovelace|123", "Bo b|9"]
+    "Moodle's flat files": ([f"{A_FILE}{NB}", f"Bo_b_9_assignsubmission_file_{NB}"], ["Ada Lovelace|123", "Bo b|9"]),
+    "Moodle blind": (
+        [f"Participant_{n}_assignsubmission_file_/{NB}" for n in (4, 51)],
+        ["Participant 4|4", "Participant 51|51"],
     ),
-    "Moodle blind": ([f"Participant_{n}_assignsubmission_file_/{NB}" for n in (4, 51)],
-                     ["Participant 4|4", "Participant 51|51"]),
     "Moodle teams": ([f"Team 7_{n}_assignsubmission_file_/{NB}" for n in (4, 51)], ["Team 7|4", "Team 7|51"]),
-    "one name, two numbers": (
-        [f"Ada L_{n}_assignsubmission_file_/{NB}" for n in (1, 2)], ["Ada L|1", "Ada L|2"]
-    ),
+    "one name, two numbers": ([f"Ada L_{n}_assignsubmission_file_/{NB}" for n in (1, 2)], ["Ada L|1", "Ada L|2"]),
     "Moodle's name inside a file's name": (
         [f"{A_FILE}Bob_9_assignsubmission_file_{NB}", f"{A_FILE}/Bob_9_assignsubmission_file_/{NB}"],
         ["Ada Lovelace|123", "Ada Lovelace|123"],
@@ -107,20 +109,31 @@ SHAPES = {
         ["Ada Lovelace|123"],
     ),
     "Canvas": (
-        [f"lovelaceada_11_22_{NB}", "dylanbob_LATE_12_23_01_cartesian_ekf-1.ipynb",
-         "group_3_LATE_13_24_my.ipynb"],
+        [f"lovelaceada_11_22_{NB}", "dylanbob_LATE_12_23_01_cartesian_ekf-1.ipynb", "group_3_LATE_13_24_my.ipynb"],
         ["dylanbob|12|late", "group_3|13|late", "lovelaceada|11"],
     ),
     "Canvas without names": (
-        [f"LATE_anon_aB3x_7_{NB}", f"anon_Q_8_{NB}"], ["Anonymous Q|Q", "Anonymous aB3x|aB3x|late"]
+        [f"LATE_anon_aB3x_7_{NB}", f"anon_Q_8_{NB}"],
+        ["Anonymous Q|Q", "Anonymous aB3x|aB3x|late"],
     ),
     "no Canvas": ([f"group_3_{NB}", "bob.ipynb"], ["bob|", "group_3|"]),
-    "a folder around all": ([f"class/sub/{A_FILE}/{NB}", f"class/sub/Bob_1_assignsubmission_file_/{NB}"],
-                            ["Ada Lovelace|123", "Bob|1"]),
+    "a folder around all": (
+        [f"class/sub/{A_FILE}/{NB}", f"class/sub/Bob_1_assignsubmission_file_/{NB}"],
+        ["Ada Lovelace|123", "Bob|1"],
+    ),
     "a folder around files": (["class/ada.ipynb", "class/bob.ipynb"], ["ada|", "bob|"]),
     "rubbish of operating systems": (
-        [f"ada/{NB}", f"ada/._{NB}", f"__MACOSX/ada/._{NB}", f"ada/.ipynb_checkpoints/{NB}", "Thumbs.db",
-         f"bob/{NB}", "bob/desktop.ini", ".DS_Store", "bob/__pycache__/x.ipynb"],
+        [
+            f"ada/{NB}",
+            f"ada/._{NB}",
+            f"__MACOSX/ada/._{NB}",
+            f"ada/.ipynb_checkpoints/{NB}",
+            "Thumbs.db",
+            f"bob/{NB}",
+            "bob/desktop.ini",
+            ".DS_Store",
+            "bob/__pycache__/x.ipynb",
+        ],
         ["ada|", "bob|"],
     ),
     "the lab's notebook among others": (
@@ -133,7 +146,7 @@ SHAPES = {
         ["Zoë Ωmega|1", "李雷|2"],
     ),
     "another number is no other lab": (["ada/01_cartesian.ipynb", "bob/1.ipynb"], ["ada|", "bob|"]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("make", [packed, laid])
@@ -159,7 +172,7 @@ NO_HAND_IN = {
     "a folder named like a notebook": ([f"{A_FILE}/{NB}/"], f"{NB} is a folder: hand in"),
     "a notebook in such a folder": ([f"{A_FILE}/{NB}/{NB}"], f"{NB} is a folder: hand in"),
     "too deep": ([f"{A_FILE}/1/2/3/4/5/{NB}"], "There is no file"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("make", [packed, laid])
@@ -171,9 +184,18 @@ def test_a_student_without_the_notebook_is_told_what_to_do(tmp_path, make, case)
 
 
 def test_notes_for_the_instructor(tmp_path):
-    files = [f"{A_FILE}/{NB}", f"{A_FILE}/a.png", "Ada Lovelace_123_assignsubmission_onlinetext_/o.html",
-             "my.csv", NB, "old.zip", "x.txt", f"bob/1/{NB}", f"bob/2/{NB}",
-             f"kim/1/2/3/4/5/{NB}"]  # fmt: skip
+    files = [
+        f"{A_FILE}/{NB}",
+        f"{A_FILE}/a.png",
+        "Ada Lovelace_123_assignsubmission_onlinetext_/o.html",
+        "my.csv",
+        NB,
+        "old.zip",
+        "x.txt",
+        f"bob/1/{NB}",
+        f"bob/2/{NB}",
+        f"kim/1/2/3/4/5/{NB}",
+    ]
     lines, notes = told(packed(tmp_path, dict.fromkeys(files, BOOK)))
     assert len(lines) == 4
     assert notes == [
@@ -187,10 +209,13 @@ def test_notes_for_the_instructor(tmp_path):
 
 def test_attempts_come_in_order_with_their_times(tmp_path):
     files = [
-        entry(f"a/old/{NB}", when=(2025, 1, 2, 0, 0, 0)), entry(f"b/{NB}", when=(1980, 1, 1, 0, 0, 0)),
-        entry(f"a/new/{NB}"), entry(f"a/oldest/{NB}", when=(2024, 1, 1, 2, 4, 6)),
-        entry(f"c_1_30_{NB}"), entry(f"c_1_4_{NB}"),
-    ]  # fmt: skip
+        entry(f"a/old/{NB}", when=(2025, 1, 2, 0, 0, 0)),
+        entry(f"b/{NB}", when=(1980, 1, 1, 0, 0, 0)),
+        entry(f"a/new/{NB}"),
+        entry(f"a/oldest/{NB}", when=(2024, 1, 1, 2, 4, 6)),
+        entry(f"c_1_30_{NB}"),
+        entry(f"c_1_4_{NB}"),
+    ]
     with open_submissions(packed(tmp_path, [(info, BOOK) for info in files])) as submissions:
         entries, _, _ = submissions.survey(LAB)
     tops = ["a/oldest/", "a/old/", "a/new/", "b/", "c_1_4_", "c_1_30_"]
@@ -254,31 +279,40 @@ def patched(raw, flag=0, size=None, method=None):
     return bytes(raw)
 
 
-@pytest.mark.parametrize("name, says", [
-    ("nowhere", "does not exist"), ("a\0b", "cannot be opened"), ("empty", "holds no hand-ins"),
-    ("text.zip", "is not a zip, or is damaged"), ("cut.zip", "is not a zip, or is damaged"),
-    (NB, "is one notebook: give the folder"), ("pipe.zip", "neither a folder nor a zip"),
-    ("encrypted.zip", "encrypted: give a zip without"), ("not_text.zip", "names that are not text"),
-    ("future.zip", "cannot be read as a zip"), ("nobody.zip", "no notebook with a student's name"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name, says",
+    [
+        ("nowhere", "does not exist"),
+        ("a\0b", "cannot be opened"),
+        ("empty", "holds no hand-ins"),
+        ("text.zip", "is not a zip, or is damaged"),
+        ("cut.zip", "is not a zip, or is damaged"),
+        (NB, "is one notebook: give the folder"),
+        ("pipe.zip", "neither a folder nor a zip"),
+        ("encrypted.zip", "encrypted: give a zip without"),
+        ("not_text.zip", "names that are not text"),
+        ("future.zip", "cannot be read as a zip"),
+        ("nobody.zip", "no notebook with a student's name"),
+    ],
+)
 def test_a_path_that_cannot_be_used_is_a_problem(tmp_path, name, says):
     unusable(tmp_path)
-    with pytest.raises(Problem, match=says) as caught:
+    with pytest.raises(CommandError, match=says) as caught:
         told(tmp_path / name)
     assert name in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_too_many_files_are_a_problem_at_once(tmp_path, monkeypatch):
     many = packed(tmp_path, [(f"{n}.ipynb", b"") for n in range(archive.MAX_FILES + 1)])
-    with pytest.raises(Problem, match="more than 20000 files"):
+    with pytest.raises(CommandError, match="more than 20000 files"):
         told(many)
     monkeypatch.setattr(archive, "MAX_DIRECTORY", 1_000_000)
     start = time.perf_counter()
-    with pytest.raises(Problem, match="class.zip holds more than 20000 files"):
+    with pytest.raises(CommandError, match="class.zip holds more than 20000 files"):
         told(many)
     assert time.perf_counter() - start < 0.1
     monkeypatch.setattr(archive, "MAX_FILES", 3)
-    with pytest.raises(Problem, match="holds more than 3 files"):
+    with pytest.raises(CommandError, match="holds more than 3 files"):
         told(laid(tmp_path, dict.fromkeys(["a.ipynb", "b.ipynb", "c/d.ipynb"], BOOK)))
 
 
@@ -305,7 +339,7 @@ INSIDE = {
     "lzma": (entry(f"{A_FILE}/{NB}", method=zipfile.ZIP_LZMA), "packed by a method", ""),
     "no mode": (entry(f"{A_FILE}/{NB}", 0), f"|{NB}", ""),
     "no such month": (entry(f"{A_FILE}/{NB}", when=(2025, 15, 0, 0, 0, 0)), f"|{NB}", ""),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", INSIDE)
@@ -335,12 +369,19 @@ def zip_of(tmp_path, **changes):
     return both
 
 
-@pytest.mark.parametrize("changes, says", [
-    ({"flag": 1}, "is encrypted: hand in"), ({"flag": 0x20}, "is damaged inside the zip"),
-    ({"flag": 0x41}, "is encrypted"), ({"method": 99}, "packed by a method"), ({"method": 8}, "is damaged"),
-    ({"size": 10}, "is damaged inside the zip"), ({"size": 10**9}, "more than 20 MB: clear the outputs"),
-    ({"size": 10**6}, ""),  # harmless: all data are there
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "changes, says",
+    [
+        ({"flag": 1}, "is encrypted: hand in"),
+        ({"flag": 0x20}, "is damaged inside the zip"),
+        ({"flag": 0x41}, "is encrypted"),
+        ({"method": 99}, "packed by a method"),
+        ({"method": 8}, "is damaged"),
+        ({"size": 10}, "is damaged inside the zip"),
+        ({"size": 10**9}, "more than 20 MB: clear the outputs"),
+        ({"size": 10**6}, ""),  # harmless: all data are there
+    ],
+)
 def test_headers_that_lie(tmp_path, changes, says):
     lines, _ = told(zip_of(tmp_path, **changes))
     assert lines[0] == f"bob||{NB}" and says in lines[1]
@@ -440,7 +481,7 @@ def test_a_file_that_is_replaced_after_the_survey_is_refused(tmp_path):
         (path / "c" / NB).unlink()
         (path / "c" / NB).symlink_to(tmp_path / NB)
         for item, says in (a, "was replaced"), (b, "was replaced"), (c, "cannot be opened"):
-            with pytest.raises(Refused, match=says):
+            with pytest.raises(HandInError, match=says):
                 submissions.read(item)
         assert len(submissions.read(d)[0]) == 2
 
@@ -514,13 +555,13 @@ def test_the_cap_holds_whatever_size_is_told(tmp_path):
     with open_submissions(path) as submissions:
         (item,), _, _ = submissions.survey(LAB)
         object.__setattr__(item.member, "size", 5000)
-        with pytest.raises(Refused, match="more than 20 MB"):
+        with pytest.raises(HandInError, match="more than 20 MB"):
             submissions.read(item)
     growing = laid(tmp_path, {f"ada/{NB}": BOOK})
     with open_submissions(growing) as submissions:
         (item,), _, _ = submissions.survey(LAB)
         os.truncate(growing / "ada" / NB, 300_000_000)
-        with pytest.raises(Refused, match="more than 20 MB"):
+        with pytest.raises(HandInError, match="more than 20 MB"):
             submissions.read(item)
 
 
@@ -562,7 +603,7 @@ CONTENT = {
     "too many lists": (b'{"nbformat": 4, "a": [' + b"[]," * 1_100_000 + b"1]}", "holds too much data"),
     "too many cells": (book(*[""] * 2500), "2000 is the most"),
     "no answers": (book("x", ids=()), "no answer cell of this lab"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CONTENT)
@@ -590,23 +631,29 @@ TIDY = {
     "all there": ([cell(1, "answer-kf"), TEXT], [0, 1], []),
     "one missing": ([TEXT], [0], ["The answer cell 'answer-kf' is missing."]),
     "the role counts": (
-        [cell(1, "answer-kf", "own", source="y"), cell(2, "answer-kf"), TEXT], [1, 2],
+        [cell(1, "answer-kf", "own", source="y"), cell(2, "answer-kf"), TEXT],
+        [1, 2],
         ["2 cells have the id 'answer-kf': cell 2 counts as the answer."],
     ),
     "then the first": (
-        [cell(1, "answer-kf"), cell(2, "answer-kf", source="y"), cell(3, "answer-kf"), TEXT], [0, 3],
+        [cell(1, "answer-kf"), cell(2, "answer-kf", source="y"), cell(3, "answer-kf"), TEXT],
+        [0, 3],
         ["3 cells have the id 'answer-kf': cell 1 counts as the answer."],
     ),
     "the same twice": ([cell(1, "answer-kf"), cell(2, "answer-kf"), TEXT], [0, 2], []),
-    "of another type": ([cell(1, "answer-kf", code=False), TEXT], [0, 1],
-                        ["The answer cell 'answer-kf' is no longer a code cell."]),
+    "of another type": (
+        [cell(1, "answer-kf", code=False), TEXT],
+        [0, 1],
+        ["The answer cell 'answer-kf' is no longer a code cell."],
+    ),
     "of the right type": (
-        [cell(1, "answer-kf", code=False), cell(2, "answer-kf", source="y"), TEXT], [1, 2],
+        [cell(1, "answer-kf", code=False), cell(2, "answer-kf", source="y"), TEXT],
+        [1, 2],
         ["2 cells have the id 'answer-kf': cell 2 counts as the answer."],
     ),
     "with a lost role": ([cell(1, "answer-kf", "show"), TEXT], [0, 1], []),
     "of an unknown id": ([cell(1, "answer-kf"), cell(2, "abc"), TEXT], [0, 2], []),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", TIDY)
@@ -620,5 +667,5 @@ def test_tidy_leaves_each_answer_once(case):
 
 def test_tidy_of_a_set_of_ids_and_of_nothing():
     assert tidy([cell(1, "answer-kf", code=False)], {"answer-kf"})[1] == []
-    with pytest.raises(Refused, match="fill in the notebook that was given out"):
+    with pytest.raises(HandInError, match="fill in the notebook that was given out"):
         tidy([cell(1, "x", "own")], IDS)

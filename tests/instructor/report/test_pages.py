@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from labkit.instructor import records
+from labkit.instructor.records import Check, Mark, Result
 from labkit.instructor.report.class_page import class_page
 from labkit.instructor.report.figures import HEAVIEST, Drawer
 from labkit.instructor.report.page import POLICY, STYLE, file_name
 from labkit.instructor.report.pages import feedback_page, to_mark_page
-from labkit.instructor.records import Check, Mark, Result
 from labkit.instructor.report.tables import labels
 
 from helpers.reference import history, record
@@ -31,14 +31,17 @@ CHECKS = [
     Check("kf-map", "`KF`: a drive on another map", 4, hidden=True, **SECRET),
     Check("kf-behind", "`KF`: a landmark behind the robot", 4, hidden=True, **SECRET),
     Check(
-        "q6", "Question Q6: the shape of the ellipse", 3, hand=True,
+        "q6",
+        "Question Q6: the shape of the ellipse",
+        3,
+        hand=True,
         question="### Question Q6\nWhy is the ellipse long and thin when *one* landmark is in view?",
         rubric="SECRET-RUBRIC\n- 1 point: range is known better than bearing\n"
         "- 1 point: across grows with $r \\sigma_\\beta$\n"
         "- 1 point: it turns as the robot passes by",
     ),
     Check("q7", "Question Q7: noise told wrongly", 2.5, hand=True, question="What happens when R is too small?"),
-]  # fmt: skip
+]
 MISTAKES = {
     "h": "The arguments of `arctan2` are swapped: it takes dy first, then dx.",
     "jacobian": "The second row lacks the division by the squared range.",
@@ -58,8 +61,38 @@ ANSWERS = [
     "I think the range sensor is better than the bearing sensor.",
     "",
 ]
-NAMES = "Ada Alan Grace Katherine Emmy José Søren Zoë Łukasz Νίκος Юлия 小明 يوسف Ngọc".split()
-FAMILIES = "Lovelace Turing Hopper Johnson Noether García Kierkegaard Müller Nowak Παπάς Иванова 王 حداد Trần".split()
+NAMES = [
+    "Ada",
+    "Alan",
+    "Grace",
+    "Katherine",
+    "Emmy",
+    "José",
+    "Søren",
+    "Zoë",
+    "Łukasz",
+    "Νίκος",
+    "Юлия",
+    "小明",
+    "يوسف",
+    "Ngọc",
+]
+FAMILIES = [
+    "Lovelace",
+    "Turing",
+    "Hopper",
+    "Johnson",
+    "Noether",
+    "García",
+    "Kierkegaard",
+    "Müller",
+    "Nowak",
+    "Παπάς",
+    "Иванова",
+    "王",
+    "حداد",
+    "Trần",
+]
 
 
 @pytest.fixture(scope="module")
@@ -76,13 +109,7 @@ def run():
 
 def curve():
     x = np.geomspace(0.1, 10, 21)
-    return {
-        "x": x,
-        "values": 2 * x**-1.3,
-        "bounds": np.array([1.6, 2.4]),
-        "label": "mean NEES",
-        "xlabel": "Q told / Q",
-    }
+    return {"x": x, "values": 2 * x**-1.3, "bounds": np.array([1.6, 2.4]), "label": "mean NEES", "xlabel": "Q told / Q"}
 
 
 def classroom(size, seed=0):
@@ -123,9 +150,7 @@ def classroom(size, seed=0):
 
 def make_class_page(results, **changes):
     taken = set()
-    return class_page(
-        results, CHECKS, TITLE, {label: file_name(label, taken) for label in labels(results)}, **changes
-    )
+    return class_page(results, CHECKS, TITLE, {label: file_name(label, taken) for label in labels(results)}, **changes)
 
 
 class Balanced(HTMLParser):
@@ -160,8 +185,47 @@ class Balanced(HTMLParser):
 
 
 ALLOWED = set(
-    "html head meta title style body main header section h1 h2 h3 p ol ul li span div b i code bdi br a img figure figcaption "
-    "table thead tbody tr th td details summary svg rect text line".split()
+    [
+        "html",
+        "head",
+        "meta",
+        "title",
+        "style",
+        "body",
+        "main",
+        "header",
+        "section",
+        "h1",
+        "h2",
+        "h3",
+        "p",
+        "ol",
+        "ul",
+        "li",
+        "span",
+        "div",
+        "b",
+        "i",
+        "code",
+        "bdi",
+        "br",
+        "a",
+        "img",
+        "figure",
+        "figcaption",
+        "table",
+        "thead",
+        "tbody",
+        "tr",
+        "th",
+        "td",
+        "details",
+        "summary",
+        "svg",
+        "rect",
+        "text",
+        "line",
+    ]
 )
 
 
@@ -199,11 +263,29 @@ def test_a_student_sees_points_words_and_reasons(drawer, run):
     page = feedback_page(result, CHECKS, TITLE, drawer)
     seen = sound(page)
     for told in (
-        TITLE, "Zoë Müller", "3.5 of 14.5 points so far", "1 written answer still to be read", "One cell is missing.",
-        "2026-03-02 09:05", "This was handed in late.", "✓passed", "✗not yet", "–not run", "!not graded", "…to be read",
-        "✎by hand", "Well said.", "squared range", "came xk_k", "two lines", "You gave no answer.", "2 of 2", "– of 3",
-        "1.5 of 2.5", "hidden check",
-    ):  # fmt: skip
+        TITLE,
+        "Zoë Müller",
+        "3.5 of 14.5 points so far",
+        "1 written answer still to be read",
+        "One cell is missing.",
+        "2026-03-02 09:05",
+        "This was handed in late.",
+        "✓passed",
+        "✗not yet",
+        "–not run",
+        "!not graded",
+        "…to be read",
+        "✎by hand",
+        "Well said.",
+        "squared range",
+        "came xk_k",
+        "two lines",
+        "You gave no answer.",
+        "2 of 2",
+        "– of 3",
+        "1.5 of 2.5",
+        "hidden check",
+    ):
         assert told in seen.text, told
     order = [seen.text.index(re.sub("`", "", check.title)) for check in CHECKS]
     assert order == sorted(order)
@@ -213,17 +295,11 @@ def test_a_student_sees_points_words_and_reasons(drawer, run):
 def test_what_could_not_be_graded_says_what_to_do():
     result = Result("Ada", problem="The file is not a notebook.")
     seen = sound(feedback_page(result, CHECKS, TITLE))
-    assert (
-        "The file is not a notebook." in seen.text
-        and "What to do" in seen.text
-        and "Question" not in seen.text
-    )
+    assert "The file is not a notebook." in seen.text and "What to do" in seen.text and "Question" not in seen.text
 
 
 def test_nothing_leaks_of_hidden_checks_and_of_rubrics():
-    shown = Mark(
-        "kf-map", 0, 4, records.FAILED, "It fails on another map.", ("SECRET-LINE",), "SECRET-MISTAKE"
-    )
+    shown = Mark("kf-map", 0, 4, records.FAILED, "It fails on another map.", ("SECRET-LINE",), "SECRET-MISTAKE")
     result = Result("Ada", marks=[shown], answers={"q6": "mine", "kf-map": "SECRET-ANSWER"})
     page = feedback_page(result, CHECKS, TITLE)
     assert "SECRET" not in page and "It fails on another map." in page
@@ -251,35 +327,23 @@ ODD = {
 def test_no_text_breaks_a_page(odd, drawer):
     check = Check("a", odd, 1, False, False, odd, odd)
     hidden, hand = Check("b", odd, 1, hidden=True), Check(odd, odd, 1, True, False, odd, odd)
-    marks = [Mark("a", 0, 1, records.FAILED, odd, (odd,) * 3, odd), Mark("b", 0, 1, odd, odd, (odd,), odd),
-             Mark(odd, None, 1, records.OPEN, odd)]  # fmt: skip
+    marks = [
+        Mark("a", 0, 1, records.FAILED, odd, (odd,) * 3, odd),
+        Mark("b", 0, 1, odd, odd, (odd,), odd),
+        Mark(odd, None, 1, records.OPEN, odd),
+    ]
     result = Result(
-        odd,
-        odd,
-        odd,
-        odd,
-        None,
-        True,
-        [odd],
-        3,
-        "",
-        marks,
-        {odd: odd},
-        {"x": odd, "values": odd, "bounds": odd},
+        odd, odd, odd, odd, None, True, [odd], 3, "", marks, {odd: odd}, {"x": odd, "values": odd, "bounds": odd}
     )
     unfit = Result(odd, odd, odd, odd, problem=odd or "?")
     checks = [check, hidden, hand]
     pages = [
-        feedback_page(result, checks, odd, drawer), feedback_page(unfit, checks, odd, drawer),
+        feedback_page(result, checks, odd, drawer),
+        feedback_page(unfit, checks, odd, drawer),
         to_mark_page([result, unfit], checks, odd),
-    ]  # fmt: skip
-    results, taken = (
-        [Result(odd, "7", "lab", marks=marks), Result(odd, "8", "lab", problem=odd or "?")],
-        set(),
-    )
-    pages.append(
-        class_page(results, checks, odd, {label: file_name(label, taken) for label in labels(results)})
-    )
+    ]
+    results, taken = ([Result(odd, "7", "lab", marks=marks), Result(odd, "8", "lab", problem=odd or "?")], set())
+    pages.append(class_page(results, checks, odd, {label: file_name(label, taken) for label in labels(results)}))
     for page in pages:
         sound(page)
         assert len(page) < 250_000 and "<script" not in page and "<img src=x" not in page
@@ -294,15 +358,9 @@ def test_colours_can_be_read_in_both_themes_and_on_paper():
     def light(color):
         color = color * 2 if len(color) == 3 else color
         parts = np.array([int(color[i : i + 2], 16) for i in (0, 2, 4)]) / 255
-        return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [
-            0.2126,
-            0.7152,
-            0.0722,
-        ]
+        return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
 
-    themes = [
-        dict(re.findall(r"--(\w+): #(\w+)", part)) for part in re.findall(r":root \{.*?\}", STYLE, re.DOTALL)
-    ]
+    themes = [dict(re.findall(r"--(\w+): #(\w+)", part)) for part in re.findall(r":root \{.*?\}", STYLE, re.DOTALL)]
     assert len(themes) == 3
     for theme in themes:
         for fore in ("fore", "soft", "good", "bad", "wait"):
@@ -352,16 +410,30 @@ def test_no_number_stops_the_drawing(name, value, drawer, run):
             assert time.process_time() - start < 1
 
 
-@pytest.mark.parametrize("value", [
-    None, "text", [], [[]], 3.0, np.zeros((0, 2)), np.zeros((2, 0)), np.zeros((3, 3, 3, 3)), np.array([object()]),
-    [[1], [1, 2]], {}, np.zeros(2_000_000), np.array([1j]), np.zeros((161, 1)),
-], ids=lambda value: str(np.shape(value) if isinstance(value, np.ndarray) else value))  # fmt: skip
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        "text",
+        [],
+        [[]],
+        3.0,
+        np.zeros((0, 2)),
+        np.zeros((2, 0)),
+        np.zeros((3, 3, 3, 3)),
+        np.array([object()]),
+        [[1], [1, 2]],
+        {},
+        np.zeros(2_000_000),
+        np.array([1j]),
+        np.zeros((161, 1)),
+    ],
+    ids=lambda value: str(np.shape(value) if isinstance(value, np.ndarray) else value),
+)
 def test_what_is_no_such_array_draws_nothing(value, drawer, run):
     for figure in (run, curve()):
         for name in figure:
-            empty = (
-                name == "landmarks" and isinstance(value, (list, np.ndarray)) and str(value) in ("[]", "[[]]")
-            )
+            empty = name == "landmarks" and isinstance(value, (list, np.ndarray)) and str(value) in ("[]", "[[]]")
             if name not in ("label", "xlabel") and not empty:  # a map may have no landmark
                 assert drawer.png({**figure, name: value}) is None, name
     for name in run:
@@ -373,8 +445,13 @@ def test_a_wild_filter_is_drawn_lightly(drawer, run):
     rng, n = np.random.default_rng(0), 5000
     t = np.linspace(0, 40, n)
     truth = np.stack([np.interp(t, run["times"], run["truth"][:, i]) for i in (0, 1)], axis=1)
-    wild = {"times": t, "x": rng.uniform(-5, 5, (n, 2)), "P": np.eye(2) * rng.uniform(0, 2, (n, 1, 1)), "truth": truth,
-            "landmarks": rng.uniform(-5, 5, (1000, 2))}  # fmt: skip
+    wild = {
+        "times": t,
+        "x": rng.uniform(-5, 5, (n, 2)),
+        "P": np.eye(2) * rng.uniform(0, 2, (n, 1, 1)),
+        "truth": truth,
+        "landmarks": rng.uniform(-5, 5, (1000, 2)),
+    }
     assert len(drawer.png(wild)) <= HEAVIEST
 
 
@@ -391,20 +468,11 @@ def test_the_same_answers_are_grouped_and_open_ones_come_first():
         status = records.OPEN if points is None else records.BY_HAND
         return Result(name, lab="lab3", marks=[Mark("q6", points, 3, status)], answers={"q6": answer})
 
-    results = [
-        student("Ada", "read", 2),
-        student("Cem", " same\n"),
-        student("Bo", "same"),
-        student("Dee", ""),
-    ]
+    results = [student("Ada", "read", 2), student("Cem", " same\n"), student("Bo", "same"), student("Dee", "")]
     page = to_mark_page(results, CHECKS, TITLE)
     text = sound(page).text
     assert "2 students gave this same answer." in text and "Ada (2)" in text and "No answer: Dee" in text
-    assert (
-        "3 answers, 3 still to be read" in text
-        and "grades.csv" in text
-        and "run the same command again" in text
-    )
+    assert "3 answers, 3 still to be read" in text and "grades.csv" in text and "run the same command again" in text
     assert text.index("Bo, Cem") < text.index("Ada (2)")
     assert "$r \\sigma_\\beta$" in text and "Nobody has handed this in yet" in text
     sound(to_mark_page([], CHECKS, TITLE))
@@ -426,10 +494,7 @@ def test_a_class_of_any_size(size):
         return
     assert f"{size - unfit} student" in seen.text and seen.tags.count("svg") == 1
     if size == 60:
-        assert (
-            "bearing innovation is not wrapped" in seen.text
-            and "What to explain again next week" in seen.text
-        )
+        assert "bearing innovation is not wrapped" in seen.text and "What to explain again next week" in seen.text
         assert "level 3 for" in seen.text and "level 2 for" in seen.text and "Late" in seen.text
         counts = [int(n) for n in re.findall(r'<tr><td class="n">(\d+)</td><td class="track">', page)]
         assert counts == sorted(counts, reverse=True)
@@ -450,22 +515,33 @@ def test_odd_classes():
 # -- file names
 
 
-@pytest.mark.parametrize("label, found", [
-    ("Ada Lovelace", "Ada-Lovelace.html"), ("../../etc/passwd", "etc-passwd.html"), ("a\\b:c*?", "a-b-c.html"),
-    ("CON", "student-CON.html"), ("com1", "student-com1.html"), ("ＮＵＬ", "student-NUL.html"), ("", "student.html"),
-    ("...", "student.html"), ("\ud800\x00\u202e", "student.html"), ("-rf", "rf.html"), ("J. R. (12)", "J-R-12.html"),
-    ("小明 王", "小明-王.html"), ("Zoe\u0308 #2", "Zoë-2.html"), ("a%2e%2e/b", "a-2e-2e-b.html"), ("x.html", "x-html.html"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "label, found",
+    [
+        ("Ada Lovelace", "Ada-Lovelace.html"),
+        ("../../etc/passwd", "etc-passwd.html"),
+        ("a\\b:c*?", "a-b-c.html"),
+        ("CON", "student-CON.html"),
+        ("com1", "student-com1.html"),
+        ("ＮＵＬ", "student-NUL.html"),
+        ("", "student.html"),
+        ("...", "student.html"),
+        ("\ud800\x00\u202e", "student.html"),
+        ("-rf", "rf.html"),
+        ("J. R. (12)", "J-R-12.html"),
+        ("小明 王", "小明-王.html"),
+        ("Zoe\u0308 #2", "Zoë-2.html"),
+        ("a%2e%2e/b", "a-2e-2e-b.html"),
+        ("x.html", "x-html.html"),
+    ],
+)
 def test_file_names(label, found):
     assert file_name(label, set()) == found
 
 
 def test_file_names_differ_and_fit():
     taken = set()
-    names = [
-        file_name(label, taken)
-        for label in ["Ada", "ada", "A/da", "A da", "Ada", "Ada", "x" * 300, "x" * 301]
-    ]
+    names = [file_name(label, taken) for label in ["Ada", "ada", "A/da", "A da", "Ada", "Ada", "x" * 300, "x" * 301]]
     names += [file_name("王" * 300, taken), file_name("e" + "\u0301" * 10**6, taken)]
     assert len({name.casefold() for name in names}) == len(names)
     assert all(len(name) <= 80 and len(name.encode()) <= 255 for name in names)

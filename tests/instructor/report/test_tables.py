@@ -4,14 +4,14 @@ import csv
 import io
 import os
 import random
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
+from labkit.instructor.records import BY_HAND, FAILED, OPEN, PASSED, Mark, CommandError, Result
 from labkit.instructor.report import lms, tables
 from labkit.instructor.report.lms import fill_canvas, fill_moodle
-from labkit.instructor.records import BY_HAND, FAILED, OPEN, PASSED, Mark, Problem, Result
 from labkit.instructor.report.tables import label, labels, read_hand_marks, write_grades, write_summary
 
 LAB = "01_cartesian_ekf"
@@ -28,11 +28,7 @@ def result(student, identifier="", first=2.0, written=None, **more):
 
 
 def some():
-    return [
-        result("Ada Lovelace", "101"),
-        result("Łukasz Żak", "102", first=0.5),
-        result("王小明", "103", written=4.0),
-    ]
+    return [result("Ada Lovelace", "101"), result("Łukasz Żak", "102", first=0.5), result("王小明", "103", written=4.0)]
 
 
 def cells(path):
@@ -44,9 +40,7 @@ def line_of(rows, student, check):
     return next(i for i, row in enumerate(rows) if (row[0], row[2]) == (student, check))
 
 
-def saved(
-    path, results, *changes, delimiter=",", encoding="utf-8-sig", comma=False, end="\r\n", all_quoted=False
-):
+def saved(path, results, *changes, delimiter=",", encoding="utf-8-sig", comma=False, end="\r\n", all_quoted=False):
     """grades.csv of `results` after a person set (student, check, points[, reason]) and saved it again."""
     write_grades(path, results)
     rows = cells(path)
@@ -55,9 +49,7 @@ def saved(
         row[3] = points
         row[6:] = reason or row[6:]
     if comma:
-        rows[1:] = [
-            [c.replace(".", ",") if n in (3, 4) else c for n, c in enumerate(row)] for row in rows[1:]
-        ]
+        rows[1:] = [[c.replace(".", ",") if n in (3, 4) else c for n, c in enumerate(row)] for row in rows[1:]]
     text = io.StringIO()
     quoting = csv.QUOTE_ALL if all_quoted else csv.QUOTE_MINIMAL
     csv.writer(text, delimiter=delimiter, lineterminator=end, quoting=quoting).writerows(rows)
@@ -185,10 +177,7 @@ WRONG = {
     "check": (setting(2, "q9"), "line 4: 'Ada Lovelace' has no check 'q9'; leave the columns"),
     "no check": (setting(2, "", "3"), "line 4: there are points .'3'., but no check"),
     "lab": (setting(1, "02_x"), "line 4: 'Ada Lovelace' has no lab '02_x' here"),
-    "rows that disagree": (
-        lambda rows: rows.append([*rows[1][:3], "1"]),
-        "line 11: disagrees with line 2 on kf",
-    ),
+    "rows that disagree": (lambda rows: rows.append([*rows[1][:3], "1"]), "line 11: disagrees with line 2 on kf"),
     "a bare decimal comma": (setting(3, "1", "5", "5", "open"), "line 4: .* decimal comma in quotes"),
     "missing column": (setting(3, "score", row=0), "no column 'points' in line 1, .* put it back"),
     "column twice": (setting(6, "points", row=0), "two columns 'points'"),
@@ -200,14 +189,14 @@ def test_what_cannot_be_a_mark_is_told_by_line(tmp_path, change, text):
     path = tmp_path / "g.csv"
     write_grades(path, some())
     edit(path, change)
-    with pytest.raises(Problem, match=text):
+    with pytest.raises(CommandError, match=text):
         read_hand_marks(path, some())
 
 
 def test_all_problems_are_told_at_once(tmp_path):
     results = [result(f"Student {n}") for n in range(12)]
     path = saved(tmp_path / "g.csv", results, *((f"Student {n}", "q1", "x") for n in range(12)))
-    with pytest.raises(Problem) as told:
+    with pytest.raises(CommandError) as told:
         read_hand_marks(path, results)
     assert str(told.value).count("\n  line ") == 10 and str(told.value).endswith("and 2 more")
 
@@ -226,13 +215,13 @@ def test_a_file_that_is_no_table_is_told(tmp_path, data, text):
     path = tmp_path / "g.csv"
     if data is not None:
         path.write_bytes(data)
-    with pytest.raises(Problem, match=text):
+    with pytest.raises(CommandError, match=text):
         read_hand_marks(path, some())
 
 
 def test_letters_lost_by_an_old_encoding_are_told(tmp_path):
     path = saved(tmp_path / "g.csv", [*some(), result("Zoë")], encoding="cp1252")
-    with pytest.raises(Problem, match="'.ukasz .ak'(.|\n)*CSV UTF-8"):
+    with pytest.raises(CommandError, match="'.ukasz .ak'(.|\n)*CSV UTF-8"):
         read_hand_marks(path, [*some(), result("Zoë")])
 
 
@@ -242,16 +231,12 @@ def test_rows_that_agree_may_be_there_twice(tmp_path):
     assert read_hand_marks(path, some()) == {("Ada Lovelace", LAB, "q1"): (3.0, "")}
 
 
-@pytest.mark.parametrize(
-    "text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "'=1", "''-1", '=LINK("x";1)']
-)
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "'=1", "''-1", '=LINK("x";1)'])
 def test_no_text_of_a_person_becomes_a_formula(tmp_path, text):
     results = [Result(text, "1", LAB, marks=[Mark("kf", 0.0, 1.0, FAILED, text)], source=text, notes=[text])]
     for write in (write_grades, write_summary):
         write(tmp_path / "t.csv", results)
-        assert not any(
-            cell.startswith(tuple("=+-@\t\r")) for row in cells(tmp_path / "t.csv") for cell in row
-        )
+        assert not any(cell.startswith(tuple("=+-@\t\r")) for row in cells(tmp_path / "t.csv") for cell in row)
     write_grades(tmp_path / "t.csv", results)
     assert read_hand_marks(tmp_path / "t.csv", results) == {}
     edit(tmp_path / "t.csv", lambda rows: rows[1].__setitem__(3, "1"))
@@ -265,7 +250,7 @@ def test_students_with_one_name_are_told_apart(tmp_path):
     path = saved(tmp_path / "g.csv", results, ("ada lovelace (124)", "q1", "1"))
     assert read_hand_marks(path, results) == {("ada lovelace (124)", LAB, "q1"): (1.0, "")}
     saved(path, [results[0]])  # written when there was one Ada only
-    with pytest.raises(Problem, match=r"now 'Ada Lovelace \(123\)' or 'ada lovelace \(124\)'\?"):
+    with pytest.raises(CommandError, match=r"now 'Ada Lovelace \(123\)' or 'ada lovelace \(124\)'\?"):
         read_hand_marks(path, results)
 
 
@@ -289,7 +274,7 @@ def test_several_labs_in_one_table(tmp_path):
     edit(tmp_path / "g.csv", lambda rows: rows[2].__setitem__(3, "1"))
     assert read_hand_marks(tmp_path / "g.csv", results) == {("A", "2", "q2"): (1.0, "")}
     edit(tmp_path / "g.csv", lambda rows: rows[0].__setitem__(1, "?"))
-    with pytest.raises(Problem, match="no column 'lab'"):
+    with pytest.raises(CommandError, match="no column 'lab'"):
         read_hand_marks(tmp_path / "g.csv", results)
 
 
@@ -301,11 +286,16 @@ def test_what_is_written_reads_as_unchanged(tmp_path, seed):
         return "".join(pick.choices(letters, k=pick.randrange(12)))
 
     results = [
-        Result(text(), text(), LAB, text(), problem=pick.choice(["", "", "bad"]), marks=[
-            Mark(f"c{n}", pick.choice([None, 0.0, 1 / 3, 2.25]), 2.25, FAILED, text()) for n in range(3)
-        ])
+        Result(
+            text(),
+            text(),
+            LAB,
+            text(),
+            problem=pick.choice(["", "", "bad"]),
+            marks=[Mark(f"c{n}", pick.choice([None, 0.0, 1 / 3, 2.25]), 2.25, FAILED, text()) for n in range(3)],
+        )
         for _ in range(8)
-    ]  # fmt: skip
+    ]
     write_grades(tmp_path / "g.csv", results)
     assert read_hand_marks(tmp_path / "g.csv", results) == {}
     assert len(set(labels(results))) == 8
@@ -330,55 +320,100 @@ def test_a_file_open_in_a_spreadsheet_is_told(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "replace", refuse)
-    with pytest.raises(Problem, match="is it open in a spreadsheet"):
+    with pytest.raises(CommandError, match="is it open in a spreadsheet"):
         write_grades(tmp_path / "g.csv", some())
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(Problem, match="cannot be written"):
+    with pytest.raises(CommandError, match="cannot be written"):
         write_summary(tmp_path / "no" / "s.csv", some())
 
 
 def test_summary(tmp_path):
-    when = datetime(2025, 3, 1, 12, 0, tzinfo=timezone.utc)
+    when = datetime(2025, 3, 1, 12, 0, tzinfo=UTC)
     notes = ["Two attempts.", "Late."]
     one = result("Ada", "007", source="ada.ipynb", when=when, late=True, level=3, notes=notes)
     write_summary(tmp_path / "s.csv", [one, Result("Eve", lab=LAB, problem="No notebook.")])
     rows = [dict(zip(cells(tmp_path / "s.csv")[0], row)) for row in cells(tmp_path / "s.csv")[1:]]
     assert datetime.fromisoformat(rows[0].pop("handed_in")) == when
     assert list(rows[0].values()) == [
-        "Ada", "007", LAB, "5", "10", "50.0", "1", "yes", "ada.ipynb", "3", "Two attempts. Late.",
-    ]  # fmt: skip
+        "Ada",
+        "007",
+        LAB,
+        "5",
+        "10",
+        "50.0",
+        "1",
+        "yes",
+        "ada.ipynb",
+        "3",
+        "Two attempts. Late.",
+    ]
     assert list(rows[1].values()) == ["Eve", "", LAB, "", "0", "", "0", "", "", "", "0", "No notebook."]
 
 
 # ---- Moodle
 
 MOODLE = {  # language: header, word for a participant, yes, no
-    "en": ("Identifier,Full name,Email address,Status,Grade,Maximum Grade,Grade can be changed,"
-           "Last modified (submission),Last modified (grade),Feedback comments", "Participant ", "Yes", "No"),
-    "es": ("Identificador,Nombre completo,Dirección de correo,Estado,Calificación,Calificación máxima,"
-           "La calificación puede ser cambiada,Última modificación (entrega),"
-           "Última modificación (calificación),Comentarios de retroalimentación",
-           "Participante ", "Sí", "No"),
-    "de": ("ID,Vollständiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann geändert werden,"
-           "Zuletzt geändert (Abgabe),Zuletzt geändert (Bewertung),Feedback als Kommentar",
-           "Teilnehmer/in", "Ja", "Nein"),
-    "fr": ("Identifiant,Nom complet,Adresse de courriel,Statut,Note,Note maximale,La note peut être modifiée,"
-           "Dernière modification (travail remis),Dernière modification (note),Feedback par commentaires",
-           "Participant", "Oui", "Non"),
-    "it": ("Identificativo,Nome completo,Indirizzo email,Stato,Valutazione,Valutazione massima,"
-           "La valutazione può essere cambiata,Ultima modifica (consegna),Ultima modifica (valutazione),"
-           "Commenti", "Partecipante ", "Sì", "No"),
-    "pt": ("Identificador,Nome completo,E-mail,Estado,Nota,Nota máxima,Nota pode ser alterada,"
-           "Última modificação (envio),Última modificação (nota),Comentários de feedback",
-           "Participante", "Sim", "Não"),
-    "ru": ("Идентификатор,Полное имя,Почта,Статус,Оценка,Максимальная оценка,Оценка может быть изменена,"
-           "Последнее изменение (ответ),Последнее изменение (оценка),Отзыв в виде комментария",
-           "Участник ", "Да", "Нет"),
-    "ca": ("Identificador,Nom complet,Adreça electrònica,Estat,Qualificació,Qualificació màxima,"
-           "Es pot canviar la qualificació,Darrera modificació (tramesa),Darrera modificació (qualificació),"
-           "Comentaris de retroalimentació", "Participant ", "Sí", "No"),
+    "en": (
+        "Identifier,Full name,Email address,Status,Grade,Maximum Grade,Grade can be changed,"
+        "Last modified (submission),Last modified (grade),Feedback comments",
+        "Participant ",
+        "Yes",
+        "No",
+    ),
+    "es": (
+        "Identificador,Nombre completo,Dirección de correo,Estado,Calificación,Calificación máxima,"
+        "La calificación puede ser cambiada,Última modificación (entrega),"
+        "Última modificación (calificación),Comentarios de retroalimentación",
+        "Participante ",
+        "Sí",
+        "No",
+    ),
+    "de": (
+        "ID,Vollständiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann geändert werden,"
+        "Zuletzt geändert (Abgabe),Zuletzt geändert (Bewertung),Feedback als Kommentar",
+        "Teilnehmer/in",
+        "Ja",
+        "Nein",
+    ),
+    "fr": (
+        "Identifiant,Nom complet,Adresse de courriel,Statut,Note,Note maximale,La note peut être modifiée,"
+        "Dernière modification (travail remis),Dernière modification (note),Feedback par commentaires",
+        "Participant",
+        "Oui",
+        "Non",
+    ),
+    "it": (
+        "Identificativo,Nome completo,Indirizzo email,Stato,Valutazione,Valutazione massima,"
+        "La valutazione può essere cambiata,Ultima modifica (consegna),Ultima modifica (valutazione),"
+        "Commenti",
+        "Partecipante ",
+        "Sì",
+        "No",
+    ),
+    "pt": (
+        "Identificador,Nome completo,E-mail,Estado,Nota,Nota máxima,Nota pode ser alterada,"
+        "Última modificação (envio),Última modificação (nota),Comentários de feedback",
+        "Participante",
+        "Sim",
+        "Não",
+    ),
+    "ru": (
+        "Идентификатор,Полное имя,Почта,Статус,Оценка,Максимальная оценка,Оценка может быть изменена,"
+        "Последнее изменение (ответ),Последнее изменение (оценка),Отзыв в виде комментария",
+        "Участник ",
+        "Да",
+        "Нет",
+    ),
+    "ca": (
+        "Identificador,Nom complet,Adreça electrònica,Estat,Qualificació,Qualificació màxima,"
+        "Es pot canviar la qualificació,Darrera modificació (tramesa),Darrera modificació (qualificació),"
+        "Comentaris de retroalimentació",
+        "Participant ",
+        "Sí",
+        "No",
+    ),
     "an unknown one": ("a,b,c,d,e,f,g,h,i,j", "Osallistuja ", "Kyllä", "Ei"),
-}  # fmt: skip
+}
 
 
 def worksheet(path, language="en", rows=None, delimiter=",", end="\r\n", most="10.00", encoding="utf-8-sig"):
@@ -394,8 +429,11 @@ def worksheet(path, language="en", rows=None, delimiter=",", end="\r\n", most="1
         )
     text = end.join([*lines, ""])
     if delimiter != ",":
-        text = "".join(delimiter if c == "," and n % 2 == 0 else c for n, part in enumerate(text.split('"'))
-                       for c in (part if n % 2 == 0 else f'"{part}"'))  # fmt: skip
+        text = "".join(
+            delimiter if c == "," and n % 2 == 0 else c
+            for n, part in enumerate(text.split('"'))
+            for c in (part if n % 2 == 0 else f'"{part}"')
+        )
     path.write_bytes(text.encode(encoding))
     return path
 
@@ -425,21 +463,14 @@ def test_moodle_in_many_languages(tmp_path, language):
         "",
     ]
     assert [row[:4] + row[5:9] for row in before] == [row[:4] + row[5:9] for row in after]
-    assert report == [
-        "Filled in: the grades of 2 students.",
-        "In the table without a graded submission: 1 (Nobody).",
-    ]
+    assert report == ["Filled in: the grades of 2 students.", "In the table without a graded submission: 1 (Nobody)."]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16-le"])
 @pytest.mark.parametrize("end", ["\r\n", "\n"])
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 def test_moodle_keeps_each_other_byte(tmp_path, encoding, end, delimiter):
-    rows = [
-        (101, "Ada", "7,50", True, ""),
-        (102, 'D""E, F', "", True, ""),
-        (7, "=1", "3,00", True, "keep; me"),
-    ]
+    rows = [(101, "Ada", "7,50", True, ""), (102, 'D""E, F', "", True, ""), (7, "=1", "3,00", True, "keep; me")]
     source, out = tmp_path / "w.csv", tmp_path / "out.csv"
     worksheet(source, "de", rows, delimiter, end, "10,00", encoding)
     if encoding == "utf-16-le":
@@ -472,12 +503,7 @@ def test_moodle_leaves_open_and_locked_and_broken_alone(tmp_path):
     rows = [(1, "Open", "", True, ""), (2, "Locked", "1.00", False, ""), (3, "Broken", "", True, "")]
     source, out = worksheet(tmp_path / "w.csv", rows=rows), tmp_path / "out.csv"
     broken = Result("Broken", "3", LAB, problem="No JSON.")
-    results = [
-        result("Open", "1"),
-        result("Locked", "2", written=1.0),
-        broken,
-        result("Gone", "99", written=1.0),
-    ]
+    results = [result("Open", "1"), result("Locked", "2", written=1.0), broken, result("Gone", "99", written=1.0)]
     report = fill_moodle(source, out, results)
     assert source.read_bytes() == out.read_bytes()
     assert report == [
@@ -493,8 +519,12 @@ def test_moodle_leaves_open_and_locked_and_broken_alone(tmp_path):
 
 
 def test_moodle_by_name_where_it_is_unique(tmp_path):
-    rows = [(1, "ZOË  Ünal", "", True, ""), (2, "Two Same", "", True, ""), (3, "Two Same", "", True, ""),
-            (4, "One Row", "", True, "")]  # fmt: skip
+    rows = [
+        (1, "ZOË  Ünal", "", True, ""),
+        (2, "Two Same", "", True, ""),
+        (3, "Two Same", "", True, ""),
+        (4, "One Row", "", True, ""),
+    ]
     source, out = worksheet(tmp_path / "w.csv", rows=rows), tmp_path / "out.csv"
     people = [("Zoe Unal", ""), ("Two Same", ""), ("Two Same", "3"), ("One Row", ""), ("One Row", "77")]
     report = fill_moodle(source, out, [result(name, number, written=5.0) for name, number in people])
@@ -526,10 +556,10 @@ def test_moodle_comments_are_one_harmless_line(tmp_path):
 def test_moodle_columns_by_option(tmp_path):
     path, out = tmp_path / "w.csv", tmp_path / "out.csv"
     path.write_text("Identifier,Foo,Bar\nParticipant 101,,\nParticipant 102,,x\n")
-    with pytest.raises(Problem, match="Identifier, Foo, Bar.*--grade-column"):
+    with pytest.raises(CommandError, match="Identifier, Foo, Bar.*--grade-column"):
         fill_moodle(path, out, whole())
     assert not out.exists()
-    with pytest.raises(Problem, match="--grade-column 'Fo' is not one of its columns, Identifier, Foo, Bar"):
+    with pytest.raises(CommandError, match="--grade-column 'Fo' is not one of its columns, Identifier, Foo, Bar"):
         fill_moodle(path, out, whole(), "Fo")
     report = fill_moodle(path, out, whole(), "foo", "BAR")
     assert out.read_text().startswith('Identifier,Foo,Bar\nParticipant 101,10,"Points: 10 of 10')
@@ -547,9 +577,9 @@ def test_moodle_without_comments(tmp_path):
 @pytest.mark.parametrize("text", ["Name,Mark\nAda,1\n", "Identifier,Grade,Scale\nParticipant 1,,Good\n"])
 def test_what_is_no_worksheet_is_told(tmp_path, text):
     (tmp_path / "w.csv").write_text(text)
-    with pytest.raises(Problem, match=r"w\.csv"):
+    with pytest.raises(CommandError, match=r"w\.csv"):
         fill_moodle(tmp_path / "w.csv", tmp_path / "out.csv", whole())
-    with pytest.raises(Problem, match="results of 01, 02"):
+    with pytest.raises(CommandError, match="results of 01, 02"):
         fill_moodle(tmp_path / "w.csv", tmp_path / "out.csv", [Result("A", lab="01"), Result("A", lab="02")])
 
 
@@ -623,13 +653,7 @@ CHOICES = [  # lab, lab_title, column, titles, what is taken
     (LAB, None, "9", ["Lab 1 (1)", "Other (9)"], "Other (9)"),
     (LAB, None, "other", ["Lab 1 (1)", "Other (9)"], "Other (9)"),
     (LAB, None, "Other (9)", ["Lab 1 (1)", "Other (9)"], "Other (9)"),
-    (
-        LAB,
-        None,
-        None,
-        ["Lab 1 code (1)", "Lab 1 text (2)"],
-        "more than one .*Lab 1 code (1), Lab 1 text (2); name",
-    ),
+    (LAB, None, None, ["Lab 1 code (1)", "Lab 1 text (2)"], "more than one .*Lab 1 code (1), Lab 1 text (2); name"),
     (LAB, None, None, ["Essay (1)", "Lab 2 (2)"], "none .*: Essay (1), Lab 2 (2); name one with --column"),
     (LAB, None, "nine", ["Lab 1 (1)"], "none of its assignments is 'nine'"),
     (LAB, "?[", None, ["Essay (1)"], "none"),
@@ -646,17 +670,17 @@ def test_canvas_column(tmp_path, lab, title, column, titles, taken):
         assert fill_canvas(source, out, one, title, column)[0] == f"Grades go to the column {taken!r}."
         assert table(out, encoding="utf-8")[2][3 + titles.index(taken)] == "5"
     else:
-        with pytest.raises(Problem, match=taken.replace("(", r"\(").replace(")", r"\)")):
+        with pytest.raises(CommandError, match=taken.replace("(", r"\(").replace(")", r"\)")):
             fill_canvas(source, out, one, title, column)
 
 
 def test_what_is_no_gradebook_is_told(tmp_path):
     for text in ("Student,Lab 1 (1)\n    Points Possible,5\n", "Student,ID,Lab 1 (1)\nAda,1,\n"):
         source, out = canvas(tmp_path, text)
-        with pytest.raises(Problem, match="not a gradebook as Canvas exports it"):
+        with pytest.raises(CommandError, match="not a gradebook as Canvas exports it"):
             fill_canvas(source, out, whole())
     source, out = canvas(tmp_path, "Student,ID,Lab 1 (1)\n    Points Possible,,0\nAda,1,\n")
-    with pytest.raises(Problem, match=r"'Lab 1 \(1\)' gives no points"):
+    with pytest.raises(CommandError, match=r"'Lab 1 \(1\)' gives no points"):
         fill_canvas(source, out, whole())
 
 

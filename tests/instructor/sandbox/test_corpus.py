@@ -11,11 +11,12 @@ import tempfile
 from pathlib import Path
 
 import pytest
+
+from labkit.checks import stored
+
 from helpers.classroom import LAB, answers, as_file, filled
 from helpers.hostile import CODE
 from helpers.reference import ROOT
-
-from labkit.checks import stored
 
 pytest.importorskip("nbval")
 pytestmark = pytest.mark.slow
@@ -61,8 +62,22 @@ def graded(request, tmp_path_factory):
     # Its workers are told from others' by this name, which is in their command lines.
     temporary = Path(tempfile.mkdtemp(prefix="labkit-corpus-"))
     temporary.chmod(0o755)
-    done = labkit("grade", base / "class", "--lab", LAB, "--out", base / "out", "--level", request.param,
-                  "--call", "4", "--total", "16", LABKIT_CANARY=str(canary), TMPDIR=str(temporary))  # fmt: skip
+    done = labkit(
+        "grade",
+        base / "class",
+        "--lab",
+        LAB,
+        "--out",
+        base / "out",
+        "--level",
+        request.param,
+        "--call",
+        "4",
+        "--total",
+        "16",
+        LABKIT_CANARY=str(canary),
+        TMPDIR=str(temporary),
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     rows = {}
     with open(base / "out" / "grades.csv", encoding="utf-8-sig", newline="") as file:
@@ -105,9 +120,7 @@ def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
 
 def test_nothing_hidden_reaches_a_student(graded):
     rows, out, *_ = graded
-    pages = {
-        path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")
-    }
+    pages = {path.stem: html.unescape(path.read_text(encoding="utf-8")) for path in out.rglob("feedback/**/*.html")}
     assert len(pages) == len(CODE) + 2
     for row in (row for of in rows.values() for row in of if row["check"].startswith("grade-")):
         assert not TOLD.search(row["reason"])

@@ -10,9 +10,10 @@ import time
 
 import pytest
 
-from labkit.instructor.sandbox import cgroup, levels, probe, choose as sandboxes
-from labkit.instructor.sandbox.channel import Channel, Lost, Raised
-from labkit.instructor.records import Problem
+from labkit.instructor.records import CommandError
+from labkit.instructor.sandbox import cgroup, levels, probe
+from labkit.instructor.sandbox import choose as sandboxes
+from labkit.instructor.sandbox.channel import Channel, WorkerLostError, StudentCodeError
 from labkit.instructor.sandbox.launch import Sandbox, make_runtime, readable
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="grading needs a Unix")
@@ -51,20 +52,18 @@ def test_a_level_is_what_held(broken, level):
 def test_each_way_is_tried_and_has_a_level_or_a_reason(found):
     assert {one.way for one in found} >= {"bubblewrap", "landlock", "limits only"}
     for one in found:
-        assert (
-            one.why if one.sandbox is None else one.sandbox.level == probe.level(one.held, one.sandbox.group)
-        )
+        assert one.why if one.sandbox is None else one.sandbox.level == probe.level(one.held, one.sandbox.group)
 
 
 def test_nothing_weaker_than_level_2_is_used_unasked(found, monkeypatch):
     for level, option in ((0, "trust_students"), (1, "weak_sandbox")):
         weak = levels.Found("limits only", Sandbox("limits", "", level=level))
         monkeypatch.setattr(sandboxes, "look", lambda weak=weak: [weak])
-        with pytest.raises(Problem, match=f"--{option.replace('_', '-')}"):
+        with pytest.raises(CommandError, match=f"--{option.replace('_', '-')}"):
             sandboxes.choose(options())
         assert sandboxes.choose(options(**{option: True})).level == level
     monkeypatch.setattr(sandboxes, "look", lambda: [levels.Found("bubblewrap", None, why="not installed")])
-    with pytest.raises(Problem, match="labkit sandbox"):
+    with pytest.raises(CommandError, match="labkit sandbox"):
         sandboxes.choose(options())
 
 
@@ -108,9 +107,9 @@ def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
         channel = Channel(Sandbox(box.way, make_runtime(f"{folder}/runtime"), level=box.level), 30)
         channel.settle()
         channel.worker.process.kill()
-        with pytest.raises(Lost, match="ended Python itself"):
+        with pytest.raises(WorkerLostError, match="ended Python itself"):
             for _ in range(100):  # its last breath may be an answer
-                with contextlib.suppress(Raised):
+                with contextlib.suppress(StudentCodeError):
                     channel.ask({"do": "probe"}, 5)
                 time.sleep(0.05)
         channel.end()
