@@ -137,6 +137,8 @@ def teacher(notebook, folder, run=True):
     copy.metadata.pop("widgets", None)
     for cell in copy.cells:
         cell.metadata.pop("execution", None)
+        if "outputs" in cell:
+            cell.outputs = _joined(cell.outputs)
         for output in cell.get("outputs", []):
             # A stored widget is dead without its kernel and would hide the picture stored beside it.
             output.get("data", {}).pop(WIDGET, None)
@@ -183,7 +185,19 @@ def compare(script, run=True):
 
 
 def _texts(cell):
-    return [out.get("text") or out.get("data", {}).get("text/plain") for out in cell.get("outputs", [])]
+    return [out.get("text") or out.get("data", {}).get("text/plain") for out in _joined(cell.get("outputs", []))]
+
+
+def _joined(outputs):
+    """Outputs with what was printed in one go in one piece: how many messages it came in is chance."""
+    joined = []
+    for output in map(nbformat.from_dict, outputs):
+        last = joined[-1] if joined else {}
+        if output.output_type == "stream" == last.get("output_type") and output.name == last.name:
+            last.text += output.text
+        else:
+            joined.append(output)
+    return joined
 
 
 def _save(notebook, path):
