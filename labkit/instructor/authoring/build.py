@@ -17,6 +17,8 @@ from nbclient.exceptions import CellExecutionError
 from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
 from traitlets.config import Config
 
+from .. import files
+from ..records import CommandError
 from . import numbers
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -28,7 +30,7 @@ _HIDDEN = re.compile(r"^[ \t]*### BEGIN HIDDEN TESTS\n.*?^[ \t]*### END HIDDEN T
 _MARKER = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION\n?", re.M)
 
 
-class DriftError(Exception):
+class DriftError(CommandError):
     """A source that cannot be built, or a built file that no longer agrees with its source."""
 
 
@@ -46,7 +48,7 @@ def main(names=(), check=False, run=True):
             numbers.write(ROOT)
         for script in scripts:
             problems += compare(script, run) if check else write(script, run)
-    except (DriftError, numbers.SpecError) as error:
+    except CommandError as error:
         problems.append(str(error))
     for problem in problems:
         print(problem, file=sys.stderr)
@@ -203,6 +205,4 @@ def _joined(outputs):
 def _save(notebook, path):
     nbformat.validate(notebook)
     path.parent.mkdir(exist_ok=True)
-    part = path.with_suffix(".part")
-    nbformat.write(notebook, part)
-    os.replace(part, path)
+    files.write(path, nbformat.writes(notebook) + "\n")

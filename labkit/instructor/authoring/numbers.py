@@ -11,6 +11,7 @@ import numpy as np
 from ...checks import DATA
 from ...checks.compare import ANY, gap, identify, nearest
 from ...checks.trace import run
+from .. import files
 from .spec import SpecError, answers, build, definitions
 
 
@@ -147,7 +148,7 @@ def write(root, folder=DATA):
         if path.stem not in made:
             path.unlink()
     for name, data in made.items():
-        (folder / f"{name}.json").write_text(as_text(data), encoding="utf-8", newline="\n")
+        files.write(folder / f"{name}.json", as_text(data))
     return sorted(made)
 
 

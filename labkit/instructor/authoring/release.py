@@ -5,7 +5,6 @@ Nothing is written before all of it is read and searched, so what was searched i
 
 import ast
 import json
-import os
 import re
 import stat
 import sys
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 
+from .. import files
 from ..records import CommandError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -283,15 +283,14 @@ def _write_folder(kit, out):
 
 def _write_zip(kit, out):
     """The same kit gives the same bytes, on any machine."""
-    part = out.with_name(out.name + ".part")
-    try:
-        with zipfile.ZipFile(part, "w") as file:
+
+    def pack(file):
+        with zipfile.ZipFile(file, "w") as archive:
             for path in sorted(kit):
                 data, mode = kit[path]
                 # Stored and not compressed, as compressors differ from one Python to the next.
                 info = zipfile.ZipInfo(f"{TOP}/{path}", date_time=(1980, 1, 1, 0, 0, 0))
                 info.create_system, info.external_attr = 3, (stat.S_IFREG | mode) << 16
-                file.writestr(info, data)
-        os.replace(part, out)
-    finally:
-        part.unlink(missing_ok=True)
+                archive.writestr(info, data)
+
+    files.write(out, pack)

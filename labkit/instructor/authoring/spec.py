@@ -11,6 +11,8 @@ import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..records import CommandError
+
 
 @dataclass(frozen=True)
 class Right:
@@ -47,7 +49,7 @@ class Check:
     mistakes: list = field(default_factory=list)
 
 
-class SpecError(Exception):
+class SpecError(CommandError):
     """The definitions of a check contradict each other or the solution."""
 
 

@@ -1,13 +1,11 @@
 """Everything that a grading run leaves for people: tables, pages, and the LMS's own file filled in."""
 
-import os
 import re
 import zipfile
 from dataclasses import replace
 from itertools import groupby
-from pathlib import Path
 
-from ..records import CommandError
+from .. import files
 from . import lms, tables
 from .class_page import class_page
 from .figures import Drawer
@@ -24,8 +22,8 @@ def write_all(book, paper, out, args):
     mine = [result for result in results if result.lab == paper.lab]
     pages = feedback(book, paper, out, mine)
     title = paper.title
-    write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, title, pages))
-    write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, title))
+    files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, title, pages))
+    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, title))
     told = []
     titles = {check.id: check.title for check in paper.checks}
     mine = [
@@ -49,7 +47,7 @@ def feedback(book, paper, out, results):
     for label, result in zip(tables.labels(results), results):
         result.figure = book.figure(result.id)
         name = file_name(label, taken)
-        write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
+        files.write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
         result.figure, pages[label] = {}, name
     send_back(out / f"feedback-{paper.lab}.zip", folder, results, pages)
     return pages
@@ -62,22 +60,16 @@ def send_back(path, folder, results, pages):
         of = re.search(r"(?:^|[/ ])([^/:]+_\d+_assignsubmission_file_?)/", result.source)
         if of:
             found[f"{of[1]}/{pages[label]}"] = folder / pages[label]
-    path.unlink(missing_ok=True)
-    if found:
-        with zipfile.ZipFile(f"{path}.part", "w", zipfile.ZIP_DEFLATED) as archive:
+    if not found:
+        path.unlink(missing_ok=True)
+        return
+
+    def pack(file):
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, page in found.items():
                 archive.write(page, name)
-        os.replace(f"{path}.part", path)
 
-
-def write(path, text):
-    """A page, whole or not at all."""
-    part = Path(f"{path}.part")
-    try:
-        part.write_text(text, encoding="utf-8", errors="replace")
-        os.replace(part, path)
-    except OSError as error:
-        raise CommandError(f"{path} cannot be written: {error.strerror or error}.") from None
+    files.write(path, pack)
 
 
 def summary(results, out, paper, told):

@@ -1,12 +1,11 @@
 """CSV files as other programs write them: `Sheet` changes single cells and keeps each other byte."""
 
-import os
 import re
 import unicodedata
 from collections import Counter
-from contextlib import suppress
 from pathlib import Path
 
+from .. import files
 from ..records import CommandError
 
 _BOMS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
@@ -89,7 +88,7 @@ class Sheet:
     def save(self, out):
         """Write the table to `out`; Problem when that cannot be done."""
         text = "".join(self.comma.join(row) + end for row, end in zip(self._raw, self._ends))
-        replace(out, self.bom + text.encode(self.codec, "replace"))
+        files.write(out, self.bom + text.encode(self.codec, "replace"))
 
 
 def _split(text, comma):
@@ -113,28 +112,6 @@ def _value(raw):
         return raw
     inside, _, behind = raw[1:].rpartition('"')
     return inside.replace('""', '"') + behind
-
-
-def replace(path, data):
-    """Write the bytes `data` to `path` in one step, so that a kill leaves the old file or the new one.
-
-    Problem when it cannot be written, as when a spreadsheet on Windows holds the file.
-    """
-    path = Path(path)
-    part = path.with_name(path.name + ".part")  # always this name: what a kill leaves is written over
-    try:
-        with open(part, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
-    except OSError as error:
-        with suppress(OSError):
-            part.unlink()
-        reason = error.strerror or error
-        if isinstance(error, PermissionError):
-            reason = f"{reason}; is it open in a spreadsheet? Close it there and run this again"
-        raise CommandError(f"{path} cannot be written: {reason}.") from None
 
 
 def clean(text):

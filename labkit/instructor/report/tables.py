@@ -5,8 +5,9 @@ import io
 import re
 from collections import Counter
 
+from .. import files
 from ..records import ERROR, OPEN, CommandError
-from .sheet import Sheet, clean, guard, key, number, plain, replace, squash, unguard
+from .sheet import Sheet, clean, guard, key, number, plain, squash, unguard
 
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
@@ -242,4 +243,4 @@ def _write(path, header, rows):
     table = csv.writer(text)
     table.writerow(header)
     table.writerows([guard(cell) for cell in row] for row in rows)
-    replace(path, text.getvalue().encode("utf-8-sig"))  # with the mark, Excel takes it for UTF-8
+    files.write(path, text.getvalue().encode("utf-8-sig"))  # with the mark, Excel takes it for UTF-8
