@@ -4,7 +4,9 @@ from textwrap import wrap
 
 import numpy as np
 
+from . import kinds
 from .compare import gap_of, values
+from .kinds import number_text
 from .trace import ODD
 
 WIDTH = 100
@@ -53,10 +55,11 @@ def _off(scenario, trace, steps, i):
     before = steps[i - 1] if i and "make" in scenario and "at" not in scenario else None
     which = [j for j in range(len(names)) if gap_of(came[j], right[j]) > 1]
     call = call_text(scenario, _calls(scenario, steps)[i])
-    hint = _hint(which, came, right, before, names, call.split("(")[0])
+    method = call.split("(")[0]
+    hint = _hint(which, came, right, before, names, method)
     shown = [names[j] for j in which]
     return f"Not yet right: {scenario['title']}. {hint}".strip(), [
-        *_column("before", _values(names[:2], before) + noise_text(scenario, call) if before else []),
+        *_column("before", _values(names[:2], before) + noise_text(scenario, method) if before else []),
         *_column("call", fold(call)),
         *_column("expected", _values(shown, [right[j] for j in which], [came[j] for j in which])),
         *_column("came", _values(shown, [came[j] for j in which], [right[j] for j in which])),
@@ -91,71 +94,26 @@ def _value(name, v, other=None):
 
 def call_text(scenario, call):
     """The call as a student would type it, with its numbers: 'predict([0.4, -0.6]) with dt=0.25'."""
+    options = ""
     if "make" in scenario:
-        args, given = scenario["make"]
-        options = ", ".join(f"{k}={v}" for k, v in given.items())
+        given, more = scenario["make"]
+        options = ", ".join(f"{name}={value}" for name, value in more.items())
         if call == 0:
-            names = {3: ["x0", "P0", "noise"], 4: ["x0", "P0", "m", "noise"]}.get(
-                len(args), ["x0", "P0", "Q", "R", "m"]
-            )
-            return f"__init__({', '.join([*names, options] if options else names)})"
-        name, *args = scenario["calls"][call - 1]
-        return f"{name}({', '.join(map(input_text, args))})" + (f" with {options}" if options else "")
+            return f"__init__({', '.join([*given, options] if options else given)})"
+        call -= 1
     name, *args = scenario["calls"][call]
-    return f"{name}({', '.join(map(input_text, args))})"
+    return f"{name}({', '.join(map(kinds.tell, args))})" + (f" with {options}" if options else "")
 
 
-def noise_text(scenario, call):
-    """The noise that a call of `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
-    args, options = scenario["make"]
-    if len(args) == 3:  # lab 5's, whose noise takes no part in what goes wrong
-        return []
-    if len(args) == 4:  # a filter that is told a Noise
-        told = {"predict": ("odometry", "slip", "spin")}.get(call.split("(")[0], ("range_", "bearing"))
-        used = {name: value for name, value in args[3]["noise"].items() if name.startswith(told)}
-        return [f"noise: {', '.join(f'{name} {value:g}' for name, value in used.items())}"]
-    _, _, Q, R, _ = args
-    noise = {"predict": [("Q", np.array(Q) * options["dt"])], "update": [("R", np.array(R) / options["dt"])]}
-    return [line for name, value in noise[call.split("(")[0]] for line in _values([name], [value])]
-
-
-def input_text(stored):
-    """A stored input as a student would type it."""
-    if isinstance(stored, list):
-        return number_text(np.array(stored))
-    if not isinstance(stored, dict):
-        return repr(stored)
-    ((kind, content),) = stored.items()
-    if kind == "map":
-        return "FIELD.map" if content and content[0][0] == "yellow goal" else "m"
-    if kind == "ints":
-        return str(content)
-    if kind == "readings":
-        return "[" + ", ".join(f"({i}, {j}, {number_text(np.array(z))})" for i, j, *z in content) + "]"
-    if kind == "team_noise":
-        return "noise"
-    if kind == "noise":
-        return f"Noise({', '.join(f'{name}={value:.4g}' for name, value in content.items())})"
-    if kind == "landmark":
-        return f"Landmark({number_text(np.array(content[1:]))}, id={content[0]!r})"
-    if kind == "sights":
-        shown = [
-            f"Sighting({number_text(np.array(p))}, id={name!r}, complete={complete})"
-            for name, *p, complete in content[:2]
-        ]
-        return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
-    shown = [input_text({"landmark": lm}) for lm in content[:2]]
-    return "[" + ", ".join(shown + [f"{len(content) - 2} more"] * (len(content) > 2)) + "]"
-
-
-def number_text(value, digits=4):
-    """Numbers rounded to four digits: '[1.234, -0.5]'."""
-    if isinstance(value, str):
-        return repr(value)
-    if value.ndim == 0:
-        return "NaN" if np.isnan(value) else f"{value + 0.0:.{digits}g}"
-    digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
-    return "[" + ", ".join([number_text(v, digits) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+def noise_text(scenario, method):
+    """The noise that `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
+    given, options = scenario["make"]
+    told = [kinds.noise(stored, method) for stored in given.values()]
+    if method == "predict" and "Q" in given:
+        told += _values(["Q"], [np.array(given["Q"]) * options["dt"]])
+    if method == "update" and "R" in given:
+        told += _values(["R"], [np.array(given["R"]) / options["dt"]])
+    return list(filter(None, told))
 
 
 def _hint(which, came, right, before, names, method):

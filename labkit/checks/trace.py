@@ -8,7 +8,7 @@ from io import StringIO
 
 import numpy as np
 
-from ..world import Landmark, Map
+from . import kinds
 from .feedback import own_line, sentence
 
 
@@ -79,14 +79,13 @@ def run(subject, kind, scenario):
 
 
 def _filter_steps(KF, scenario):
-    args, options = scenario["make"]
-    args, marks = _inputs(args)
-    kf = _call("`__init__`", KF, args, marks, **options)
+    given, options = scenario["make"]
+    args, watches = _inputs(given.values())
+    kf = _call("`__init__`", KF, args, watches, **options)
     yield _fields(kf, scenario["look"])
     for method, *stored in scenario["calls"]:
-        more, more_marks = _inputs(stored)
-        _call(f"`{method}`", getattr(kf, method), more, more_marks)
-        _unchanged(f"`{method}`", args, marks)
+        _call(f"`{method}`", getattr(kf, method), *_inputs(stored))
+        _unchanged(f"`{method}`", watches)
         yield _fields(kf, scenario["look"])
 
 
@@ -100,8 +99,7 @@ def _fields(kf, names):
 def _function_steps(function, scenario):
     names = scenario["look"]
     for _, *stored in scenario["calls"]:
-        args, marks = _inputs(stored)
-        answer = _call("Your function", function, args, marks)
+        answer = _call("Your function", function, *_inputs(stored))
         if len(names) > 1:
             wanted = f"{len(names)} values ({', '.join(names)})"
             if answer is None:
@@ -129,87 +127,19 @@ def as_value(raw, name):
     return array
 
 
-def decode(stored):
-    """A stored input as the object that a student's code gets.
-
-    Arrays are read-only: changing one in place raises at the student's own line.
-    """
-    if isinstance(stored, list):
-        return _frozen(stored)
-    if isinstance(stored, dict):
-        ((kind, content),) = stored.items()
-        return _DECODE[kind](content)
-    return stored
-
-
-def _frozen(numbers, dtype=float):
-    array = np.array(numbers, dtype=dtype)
-    array.setflags(write=False)
-    return array
-
-
-def _landmark(stored):
-    name, *p = stored
-    return Landmark._of(_frozen(p), name)
-
-
-def _noise(stored):
-    from ..legged.noise import Noise  # lab 4's; the other labs do without
-
-    return Noise(**stored)
-
-
-def _sights(stored):
-    from ..legged.robot import Sighting
-
-    sights = [Sighting(p, name, complete) for name, *p, complete in stored]
-    for sight in sights:
-        sight.p.setflags(write=False)
-    return sights
-
-
-def _team_noise(stored):
-    from ..team.hall import TeamNoise
-
-    return TeamNoise(**stored)
-
-
-_DECODE = {
-    "team_noise": _team_noise,
-    "readings": lambda stored: tuple((i, j, _frozen(z)) for i, j, *z in stored),
-    "noise": _noise,
-    "sights": _sights,
-    "landmark": _landmark,
-    "landmarks": lambda stored: [_landmark(lm) for lm in stored],
-    "map": lambda stored: Map(_landmark(lm) for lm in stored),
-    "ints": lambda stored: _frozen(stored, int),
-}
-
-
 def _inputs(stored):
-    args = [decode(value) for value in stored]
-    return args, [_mark(arg) for arg in args]
+    decoded = [kinds.decode(value) for value in stored]
+    return [value for value, _ in decoded], [watch for _, watch in decoded]
 
 
-def _mark(arg):
-    """What must stay as it is in an input; the arrays need no watch, they are read-only."""
-    landmarks = [arg] if isinstance(arg, Landmark) else arg if isinstance(arg, list) else []
-    return [(lm, lm.p, lm.id) for lm in landmarks]
-
-
-def _call(who, function, args, marks, **options):
+def _call(who, function, args, watches, **options):
     try:
         return function(*args, **options)
     finally:  # also after an exception, which a changed input may well explain
-        _unchanged(who, args, marks)
+        _unchanged(who, watches)
 
 
-def _unchanged(who, args, marks):
-    for arg, mark in zip(args, marks):
-        if isinstance(arg, list) and not (len(arg) == len(mark) and all(a is m[0] for a, m in zip(arg, mark))):
-            what = f"changes the {'map' if isinstance(arg, Map) else 'list of landmarks'} that it was given"
-        elif not all(lm.p is p and lm.id == name for lm, p, name in mark):
-            what = "puts other values into a Landmark that it was given"
-        else:
-            continue
-        raise OddResultError("changed", f"{who} {what}. Others still use it: make a new list or array instead.")
+def _unchanged(who, watches):
+    for changed in watches:
+        if what := changed():
+            raise OddResultError("changed", f"{who} {what}. Others still use it: make a new list or array instead.")

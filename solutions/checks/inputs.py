@@ -13,7 +13,7 @@ Q = [[0.08, 0.03], [0.03, 0.05]]
 def filter_scenario(id, title, R, map, calls, dt=0.25, **more):
     """Inputs for a filter that starts at X0, P0; calls are ('predict', u) or ('update', [(id, p), ...])."""
     calls = [[name, arg if name == "predict" else {"landmarks": [[i, *p] for i, p in arg]}] for name, arg in calls]
-    make = [[X0, P0, Q, R, {"map": map}], {"dt": dt}]
+    make = [{"x0": X0, "P0": P0, "Q": Q, "R": R, "m": {"map": map}}, {"dt": dt}]
     return {"id": id, "title": title, "look": STATE, "make": make, "calls": calls, **more}
 
 

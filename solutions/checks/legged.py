@@ -26,8 +26,8 @@ LIE = ["pink-yellow", 0.6, -2.0, True]  # a false alarm
 
 
 def scenario(id, title, calls, x0=X0, P=P0, options=(), **more):
-    calls = [[name, arg if name == "predict" else {"sights": arg}] for name, arg in calls]
-    make = [[x0, P, {"map": FIELD}, {"noise": NOISY}], dict(options)]
+    calls = [[name, arg if name == "predict" else {"legged.sightings": arg}] for name, arg in calls]
+    make = [{"x0": x0, "P0": P, "m": {"legged.map": FIELD}, "noise": {"legged.noise": NOISY}}, dict(options)]
     return {"id": id, "title": title, "look": STATE, "make": make, "calls": calls, **more}
 
 

@@ -292,10 +292,10 @@ def stack_case(id, title, which, pose=(0.4, -0.7, 0.15)):
         title,
         ["nu", "H", "R"],
         "stack",
-        {"sights": [Y[i] for i in which]},
-        {"map": FIELD},
+        {"legged.sightings": [Y[i] for i in which]},
+        {"legged.map": FIELD},
         list(pose),
-        {"noise": NOISE},
+        {"legged.noise": NOISE},
     )
 
 

@@ -458,9 +458,10 @@ SEEN = {
 
 def run(id, title, *calls, x0=X0, **options):
     calls = [
-        ["predict", U] if call is None else ["update", {"readings": [SEEN[name] for name in call]}] for call in calls
+        ["predict", U] if call is None else ["update", {"team.readings": [SEEN[name] for name in call]}]
+        for call in calls
     ]
-    make = [[x0, P0, {"team_noise": NOISE}], options]
+    make = [{"x0": x0, "P0": P0, "noise": {"team.noise": NOISE}}, options]
     return {"id": id, "title": title, "look": ["x", "P", "d2"], "make": make, "calls": calls}
 
 

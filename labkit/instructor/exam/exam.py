@@ -18,7 +18,7 @@ from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
 from ..sandbox.channel import WorkerLostError
 from ..sandbox.proxy import Stand
-from .draw import drawn
+from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
 OTHERS = (
@@ -158,7 +158,7 @@ class Exam:
         return student.public
 
     def _judge_drawn(self, data, subject):
-        scenarios = [drawn(s, self.rng(s["id"])) for s in data["scenarios"] if "advice" not in s]
+        scenarios = [variant(s, self.rng(s["id"])) for s in data["scenarios"] if "advice" not in s]
         others = {**data, "scenarios": scenarios}
         for s in scenarios:
             runs = [subjects.run(right, data["kind"], s) for right in self.right(data["subject"])]

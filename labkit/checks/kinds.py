@@ -1,0 +1,240 @@
+"""What an input can be: one table of kinds, each of which says all that checks and grading need to know of it.
+
+Inputs are stored as JSON: numbers and lists stand for themselves, {"landmark": [...]} for an object of a kind.
+The general kinds are at the end of this file. A lab adds its own in KINDS of `labkit/<its package>/kinds.py`, where
+they are found by names such as "legged.noise"; nothing else in checks or grading knows a lab.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import labkit
+
+from ..world import Landmark, Map
+
+
+def vary(stored: Any, rng: np.random.Generator) -> Any:
+    """A stored input with other numbers: each changes by some per cent, a matrix as a whole; zeros and names stay."""
+    if isinstance(stored, float):
+        return stored * _factor(rng)
+    if isinstance(stored, dict):
+        return {name: vary(value, rng) for name, value in stored.items()}
+    if isinstance(stored, list):
+        if stored and isinstance(stored[0], list):  # so that a covariance stays one
+            return (np.array(stored, dtype=float) * _factor(rng)).tolist()
+        return [vary(value, rng) for value in stored]
+    return stored
+
+
+def _factor(rng):
+    """Far enough from 1 that stored results are wrong, near enough that a drive stays a drive."""
+    return 1 + rng.choice([-1, 1]) * rng.uniform(0.02, 0.06)
+
+
+def frozen(numbers: Any, dtype: type = float) -> np.ndarray:
+    """An array that is read-only, so that code which changes it raises at its own line."""
+    array = np.array(numbers, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+def number_text(value: Any, digits: int = 4) -> str:
+    """A text or an array, its numbers rounded to four digits: '[1.234, -0.5]'."""
+    if isinstance(value, str):
+        return repr(value)
+    if value.ndim == 0:
+        return "NaN" if np.isnan(value) else f"{value + 0.0:.{digits}g}"
+    digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
+    return "[" + ", ".join([number_text(v, digits) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+
+
+def same() -> str:
+    """The watch over an input that cannot be changed."""
+    return ""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of input. What is stored is JSON; what travels is plain data, arrays and objects of other kinds.
+
+    read        from what is stored, the object that a student's code gets; its arrays are `frozen`
+    vary        from what is stored and a random generator, what is stored of another such input
+    tell        from what is stored, the input as a student would type it
+    noise       from what is stored and a method's name, what the method uses of it, where that is a noise worth telling
+    watch       from the object, a function that says later what was changed in it, or ''
+    cls         of the objects that travel as this kind, or None
+    send        from the object, what travels;  receive: from that, the object; any exception means that there is none
+    """
+
+    read: Callable[[Any], Any]
+    vary: Callable[[Any, np.random.Generator], Any] = vary
+    tell: Callable[[Any], str] = repr
+    noise: Callable[[Any, str], str] = lambda stored, method: ""
+    watch: Callable[[Any], Callable[[], str]] = lambda value: same
+    cls: type | None = None
+    send: Callable[[Any], Any] = vars
+    receive: Callable[[Any], Any] = lambda data: NotImplemented
+
+
+def point(cls: type[Landmark], *more: str) -> Kind:
+    """Landmarks of a class, stored as [id, x, y, the fields `more`]."""
+
+    def read(stored):
+        id, x, y, *rest = stored
+        return made([id, frozen([x, y]), *rest])
+
+    def made(data):
+        id, p, *rest = data
+        if np.shape(p) != (2,):
+            raise ValueError(f"a place must be two numbers, but it is {p!r}")
+        landmark = cls._of(p, id)
+        for name, value in zip(more, rest, strict=True):
+            setattr(landmark, name, value)
+        return landmark
+
+    def tell(stored):
+        id, x, y, *rest = stored
+        fields = "".join(f", {name}={value!r}" for name, value in zip(more, rest))
+        return f"{cls.__name__}({number_text(np.array([x, y]))}, id={id!r}{fields})"
+
+    def watch(landmark):
+        p, id = landmark.p, landmark.id
+        changed = "puts other values into a Landmark that it was given"
+        return lambda: "" if landmark.p is p and landmark.id == id else changed
+
+    return Kind(
+        read,
+        lambda stored, rng: [stored[0], *(float(value) * _factor(rng) for value in stored[1:3]), *stored[3:]],
+        tell,
+        watch=watch,
+        cls=cls,
+        send=lambda lm: [lm.id, np.asarray(lm.p, dtype=float), *(getattr(lm, name) for name in more)],
+        receive=made,
+    )
+
+
+def many(one: Kind, make: Callable = list, what: str = "list of landmarks", name: str = "", first: int = 2) -> Kind:
+    """Several inputs of one kind, in a list or what else `make` makes; told by name, or by the first of them."""
+
+    def tell(stored):
+        more = [f"{len(stored) - first} more"] * (len(stored) > first)
+        return name or "[" + ", ".join([*map(one.tell, stored[:first]), *more]) + "]"
+
+    def watch(value):
+        kept, watches = list(value), [one.watch(item) for item in value]
+
+        def changed():
+            if len(value) != len(kept) or not all(a is b for a, b in zip(value, kept)):
+                return f"changes the {what} that it was given"
+            return next(filter(None, (watch() for watch in watches)), "")
+
+        return changed
+
+    return Kind(
+        lambda stored: make(map(one.read, stored)),
+        lambda stored, rng: [one.vary(item, rng) for item in stored],
+        tell,
+        watch=watch,
+        cls=None if make in (list, tuple) else make,
+        send=list,
+        receive=make,
+    )
+
+
+def fields(cls: type, *names: str, tell: Callable = repr, noise: Callable = Kind.noise) -> Kind:
+    """Objects of a class that is made with its fields by name: all that it has, or those named here."""
+
+    def made(data):
+        return cls(**data)
+
+    def send(value):
+        return {name: getattr(value, name) for name in names or vars(value)}
+
+    return Kind(made, tell=tell, noise=noise, cls=cls, send=send, receive=made)
+
+
+def decode(stored: Any) -> tuple[Any, Callable[[], str]]:
+    """A stored input as the object that a student's code gets, and a watch over it."""
+    if isinstance(stored, dict):
+        kind, content = _kind(stored)
+        value = kind.read(content)
+        return value, kind.watch(value)
+    return frozen(stored) if isinstance(stored, list) else stored, same
+
+
+def other(stored: Any, rng: np.random.Generator) -> Any:
+    """A stored input of the same kind with other numbers."""
+    if isinstance(stored, dict):
+        kind, content = _kind(stored)
+        return {next(iter(stored)): kind.vary(content, rng)}
+    return vary(stored, rng)
+
+
+def tell(stored: Any) -> str:
+    """A stored input as a student would type it."""
+    if isinstance(stored, dict):
+        kind, content = _kind(stored)
+        return kind.tell(content)
+    return number_text(np.array(stored)) if isinstance(stored, list) else repr(stored)
+
+
+def noise(stored: Any, method: str) -> str:
+    """What `method` uses of a stored input that is a noise, or ''."""
+    if not isinstance(stored, dict):
+        return ""
+    kind, content = _kind(stored)
+    return kind.noise(content, method)
+
+
+def _kind(stored):
+    ((name, content),) = stored.items()
+    return find(name), content
+
+
+def find(name: str) -> Kind:
+    """The kind of that name, 'map' or 'legged.noise'. Raises KeyError if there is none."""
+    package, _, own = name.rpartition(".")
+    return _table(package)[own]
+
+
+@cache
+def of(cls: type) -> tuple[str, Kind] | None:
+    """The name and the kind of a class's objects, or None. The module of a class tells whose kind it is."""
+    for base in cls.__mro__:
+        top, package, *_ = [*base.__module__.split("."), ""]
+        if top == "labkit":
+            package = package if _has_kinds(package) else ""
+            for name, kind in _table(package).items():
+                if kind.cls is base:
+                    return f"{package}.{name}".lstrip("."), kind
+    return None
+
+
+@cache
+def _table(package):
+    """The kinds of a lab's package; of all labs, if it is ''. Nothing is imported but what can hold kinds."""
+    if not package:
+        return KINDS
+    if not _has_kinds(package):
+        raise KeyError(f"there is no labkit/{package}/kinds.py")
+    return import_module(f"labkit.{package}.kinds").KINDS
+
+
+def _has_kinds(package):
+    folders = labkit.__path__ if package.isidentifier() and package not in ("checks", "instructor") else ()
+    return any(Path(folder, package, "kinds.py").is_file() for folder in folders)
+
+
+LANDMARK = point(Landmark)
+KINDS = {
+    "landmark": LANDMARK,
+    "landmarks": many(LANDMARK),
+    "map": many(LANDMARK, Map, "map", "m"),
+    "ints": Kind(lambda stored: frozen(stored, int), lambda stored, rng: rng.permutation(stored).tolist()),
+}
