@@ -111,8 +111,15 @@ def _pack(trace):
 def _short(value):
     if isinstance(value, str):
         return value
-    if np.ndim(value):
-        return [_short(v) for v in value]
+    # What is zero but for rounding comes out differently on another processor.
+    size = np.abs(value[np.isfinite(value)]).max(initial=0.0)
+    value = np.where(np.abs(value) < max(1e-9 * size, 1e-12), 0.0, value)
+    return _digits(value.tolist())
+
+
+def _digits(value):
+    if isinstance(value, list):
+        return [_digits(v) for v in value]
     return None if np.isnan(value) else float(f"{value:.7g}")
 
 
@@ -141,20 +148,24 @@ def as_text(data):
 
 
 def write(root, folder=DATA):
-    """Write the data of all checks; remove those of checks that are gone."""
+    """Write the data of all checks; leave alone what is alike, and remove those of checks that are gone."""
     made = generate(root)
     folder.mkdir(exist_ok=True)
-    for path in folder.glob("*.json"):
-        if path.stem not in made:
+    for name in _unlike(made, folder):
+        path = folder / f"{name}.json"
+        if name in made:
+            files.write(path, as_text(made[name]))
+        else:
             path.unlink()
-    for name, data in made.items():
-        files.write(folder / f"{name}.json", as_text(data))
     return sorted(made)
 
 
 def stale(root, folder=DATA):
     """Names of the checks whose stored data are not what the solutions give today."""
-    made = generate(root)
+    return _unlike(generate(root), folder)
+
+
+def _unlike(made, folder):
     kept = {p.stem: json.loads(p.read_text(encoding="utf-8")) for p in folder.glob("*.json")}
     return sorted(n for n in made.keys() | kept.keys() if not _alike(made.get(n), kept.get(n)))
 
