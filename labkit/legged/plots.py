@@ -357,19 +357,27 @@ def beliefs_along(localizer, log, steps):
     """{step: belief} of a localizer that is replayed over a log."""
     beliefs = {0: believed(localizer)}
 
-    class Watched:
-        xk_k = property(lambda self: localizer.xk_k)
-        Pk_k = property(lambda self: localizer.Pk_k)
-        k = 0
+    def note(k):
+        if k in steps:
+            beliefs[k] = believed(localizer)
 
-        def predict(self, u):
-            localizer.predict(u)
-
-        def update(self, y):
-            localizer.update(y)
-            self.k += 1
-            if self.k in steps:
-                beliefs[self.k] = believed(localizer)
-
-    replay(Watched(), log)
+    replay(Watched(localizer, note), log)
     return beliefs
+
+
+class Watched:
+    """A localizer for `replay` that calls note(k) when its k-th step is done."""
+
+    def __init__(self, localizer, note):
+        self.localizer, self.note, self.k = localizer, note, 0
+
+    xk_k = property(lambda self: self.localizer.xk_k)
+    Pk_k = property(lambda self: self.localizer.Pk_k)
+
+    def predict(self, u):
+        self.localizer.predict(u)
+
+    def update(self, y):
+        self.localizer.update(y)
+        self.k += 1
+        self.note(self.k)

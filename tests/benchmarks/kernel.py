@@ -19,7 +19,7 @@ from matplotlib.figure import Figure  # noqa: E402
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.plots import plot_run  # noqa: E402
-from labkit.widgets import Explorer  # noqa: E402
+from labkit.widgets import RunExplorer  # noqa: E402
 
 from helpers.reference import Q, R, history, record, solution  # noqa: E402
 
@@ -75,7 +75,7 @@ def simulate_against_the_loop(rounds):
 
 def redraw_against_a_fresh_figure(rounds):
     log = record()
-    box = Explorer(solution("xy"), log, "xy", ("Q", "R"), "nees", 25, 2.5, 1, None, None, np.zeros(2), 3 * np.eye(2))
+    box = RunExplorer(solution("xy"), log, "xy", ("Q", "R"), "nees", 25, 2.5, 1, None, None, np.zeros(2), 3 * np.eye(2))
 
     def fresh():
         figure = Figure((9.2, 3.9), dpi=100, layout="constrained")

@@ -15,7 +15,7 @@ from PIL import Image
 from labkit import make_filter, replay
 from labkit.legged import FuzzyGrid, LeggedRobot, Memory, ParticleFilter, explore, play, race, show_beliefs, show_walk
 from labkit.legged.plots import BeliefPanel, believed, plot_experiment, plot_race
-from labkit.legged.widgets import Explorer
+from labkit.legged.widgets import WalkExplorer
 
 from helpers.drawings import kept, legible, names, pixels, shown, widgets
 from helpers.localizers import CONTESTANTS, answer, ekf, hybrid
@@ -192,10 +192,10 @@ def test_the_papers_experiments_are_drawn(drawn, preset):
 
 
 def explorer(**options):
-    return Explorer(
+    return WalkExplorer(
         answer("EKF"),
         answer("lost"),
-        **{"preset": "real", "sliders": ("gate", "bound", "share"), "seed": 1, "background": 0} | options,
+        **{"preset": "real", "names": ("gate", "bound", "share"), "seed": 1, "background": 0} | options,
     )
 
 
@@ -355,5 +355,6 @@ def test_a_broken_filter_is_not_played(methods, message):
     log = recorded()
     kf = make_filter(broken(**methods), log, x0=log.truth[0], P0=0.01 * np.eye(3), noise=log.noise.told())
     box = play({"fuzzy grid": FuzzyGrid("real"), "your EKF": kf}, log)
-    assert message in kept(box)["text/plain"] and "image/png" not in kept(box) and not widgets(box, "Image")
+    assert message in kept(box)["text/plain"] and "image/png" not in kept(box)
     assert any('role="alert"' in w.value for w in widgets(box, "HTML"))
+    assert all(image.layout.display == "none" for image in widgets(box, "Image")) and not widgets(box, "Play")

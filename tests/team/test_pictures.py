@@ -125,7 +125,7 @@ def test_the_figures_of_the_notebook_are_legible(drawn, words):
 
 @pytest.mark.parametrize("scenario", kit.RUNS)
 def test_the_picture_under_the_sliders_is_legible_and_what_the_filter_did(drawn, scenario):
-    made = kit._Explorer(started, scenario, ("gate", "inflate"), 1)
+    made = kit.TeamExplorer(started, scenario, ("gate", "inflate"), 1)
     legible(drawn, figure := made.canvas.figure)
     log = made.log
     assert {"truth", "gauge", "aligned", "ego", "robot 0", f"robot {log.n - 1}"} <= set(names(drawn, figure))
