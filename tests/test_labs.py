@@ -9,7 +9,8 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
-from labkit.instructor.authoring import build
+from labkit.instructor.authoring import build, percent
+from labkit.instructor.records import CommandError
 
 from helpers.reference import LABS, ROOT
 
@@ -31,7 +32,7 @@ def filled(tmp_path_factory):
     """A student's folder, its name with a space in it, with all three labs filled in."""
     folder = tmp_path_factory.mktemp("filled in")
     for lab in LABS:
-        notebook, answers = student(lab), cells(build.source(script(lab)))
+        notebook, answers = student(lab), cells(percent.notebook(script(lab)))
         for cell in notebook.cells:
             if cell.metadata.get("labkit") == "answer":
                 cell.source = answers[cell.id].source
@@ -169,8 +170,8 @@ def test_a_build_refuses_what_it_cannot_stub(tmp_path):
         ('# %% id="a"\n1\n# %% id="a"\n2\n', "two cells have the id 'a'"),
     ]:
         lab.write_text(source, "utf-8")
-        with pytest.raises(build.DriftError, match=message):
-            build.student(build.source(lab))
+        with pytest.raises(CommandError, match=message):
+            build.student(percent.notebook(lab))
 
 
 def test_hidden_tests_and_hidden_cells_do_not_reach_the_student(tmp_path):
@@ -179,7 +180,7 @@ def test_hidden_tests_and_hidden_cells_do_not_reach_the_student(tmp_path):
         '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n# %% tags=["hidden"]\nsecret = 2\n',
         "utf-8",
     )
-    notebook = build.source(lab)
+    notebook = percent.notebook(lab)
     assert "secret" in nbformat.writes(notebook)
     assert "secret" not in nbformat.writes(build.student(notebook)) and "check(1)" in nbformat.writes(
         build.student(notebook)

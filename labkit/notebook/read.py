@@ -2,8 +2,10 @@
 
 import json
 import re
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from ..checks.feedback import LabError
 
@@ -17,7 +19,7 @@ class NotebookError(LabError):
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell: its place counted from 1, its id, its role, and its source.
+    """One cell: its place counted from 1, its id, its role, its source, and all that the file has of it.
 
     role: one of ROLES for a cell of the released notebook, 'own' for one that the student added.
     """
@@ -27,14 +29,34 @@ class Cell:
     role: str
     code: bool
     source: str
+    stored: dict = field(default_factory=dict, compare=False, repr=False)
 
     @property
-    def label(self):
+    def label(self) -> str:
+        """What the cell is called when something in it is told."""
         return f"cell '{self.id}'" if self.id.startswith(ROLES) else f"cell {self.number}"
 
+    @property
+    def metadata(self) -> dict:
+        """Its metadata, {} if there is none."""
+        metadata = self.stored.get("metadata")
+        return metadata if isinstance(metadata, dict) else {}
 
-def read(path):
-    """The list of Cell of the notebook at `path`; raises NotebookError."""
+    @property
+    def tags(self) -> list:
+        """The tags in its metadata, [] if there are none."""
+        tags = self.metadata.get("tags")
+        return tags if isinstance(tags, list) else []
+
+    @property
+    def printed(self) -> str:
+        """What the cell of a valid notebook printed when it was run."""
+        streams = [out for out in self.stored.get("outputs", []) if out.get("name") == "stdout"]
+        return "".join("".join(out["text"]) for out in streams)
+
+
+def read(path: Path | str) -> list[Cell]:
+    """The cells of the notebook at `path`; raises NotebookError."""
     path = Path(path)
     try:
         if path.is_dir():
@@ -49,7 +71,7 @@ def read(path):
     return cells_of(parse(raw, path), path)
 
 
-def parse(raw, path="The file", pairs=None):
+def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = None) -> Any:
     """What the bytes of a notebook file hold; raises NotebookError. `pairs`: see `object_pairs_hook` of json."""
     if not raw.strip():
         raise NotebookError(f"{path} is empty.")
@@ -70,8 +92,8 @@ def parse(raw, path="The file", pairs=None):
         raise NotebookError(f"{path} is not a notebook: it is nested too deeply.") from None
 
 
-def cells_of(content, path="The file"):
-    """The list of Cell of a parsed notebook; raises NotebookError if it is none."""
+def cells_of(content: Any, path: Path | str = "The file") -> list[Cell]:
+    """The cells of a parsed notebook; raises NotebookError if it is none."""
     version = content.get("nbformat") if isinstance(content, dict) else None
     if not isinstance(version, int):
         raise NotebookError(f"{path} is JSON, but not a notebook.")
@@ -91,15 +113,7 @@ def _cell(cell, number, path):
     if not isinstance(source, str) or not isinstance(cell.get("cell_type"), str):
         raise NotebookError(f"{path}: cell {number} is not a notebook cell.")
     id = cell["id"] if isinstance(cell.get("id"), str) else ""
-    return Cell(number, id, _role(cell, id), cell["cell_type"] == "code", source)
-
-
-def _role(cell, id):
-    """The role in the metadata, which copying and pasting keeps; else a tag; else what the id begins with."""
-    metadata = cell.get("metadata")
-    metadata = metadata if isinstance(metadata, dict) else {}
-    tags = metadata.get("tags")
-    for word in [metadata.get("labkit"), *(tags if isinstance(tags, list) else []), re.split("[-_]", id)[0]]:
-        if word in ROLES:
-            return word
-    return "own"
+    found = Cell(number, id, "own", cell["cell_type"] == "code", source, cell)
+    # The role in the metadata, which copying and pasting keeps; else a tag; else what the id begins with.
+    words = [found.metadata.get("labkit"), *found.tags, re.split("[-_]", id)[0]]
+    return replace(found, role=next((word for word in words if word in ROLES), "own"))

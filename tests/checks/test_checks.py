@@ -10,6 +10,7 @@ import pytest
 from labkit.checks import DATA, CheckError, check
 from labkit.instructor.authoring.numbers import stale
 from labkit.instructor.authoring.spec import answers, build, definitions
+from labkit.notebook.read import read
 
 ROOT = Path(__file__).resolve().parents[2]
 CHECKS = {c.name: c for c in definitions(ROOT)}
@@ -18,7 +19,7 @@ FILTERS = ["cartesian-kf", "range-bearing-kf"]
 
 def subject(name, form=()):
     """The solution of a check with texts replaced, as if it stood in the notebook's cell 'answer'."""
-    source = answers(ROOT, CHECKS[name].lab)
+    source = answers(read(ROOT / "solutions" / f"{CHECKS[name].lab}.ipynb"))
     for old, new in () if isinstance(form, str) else form:
         assert source.count(old) == 1, old
         source = source.replace(old, new)
@@ -59,7 +60,7 @@ def test_a_known_mistake_is_named(name, say, form):
 
 @pytest.mark.parametrize("name, form", RIGHT + [pytest.param(n, (), id=n) for n in CHECKS])
 def test_a_right_answer_passes_in_any_form(name, form, capsys):
-    check(name, build(answers(ROOT, CHECKS[name].lab), form, CHECKS[name].subject))
+    check(name, build(answers(read(ROOT / "solutions" / f"{CHECKS[name].lab}.ipynb")), form, CHECKS[name].subject))
     first, *rest = capsys.readouterr().out.splitlines()
     assert first.startswith(f"{name}: all ") and first.endswith(" checks passed.")
     assert all(line.startswith("  ok  ") for line in rest) or "place" in str(form) or "lm.id" in form

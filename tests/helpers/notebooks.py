@@ -1,30 +1,28 @@
-"""Notebooks for tests, made of the solutions' cells."""
+"""Notebooks for tests, made of the released ones and the solutions' answers."""
 
 import json
-import re
 from pathlib import Path
 
-SOLUTIONS = Path(__file__).resolve().parents[2] / "solutions"
+ROOT = Path(__file__).resolve().parents[2]
 LAB1, LAB2 = "01_cartesian_ekf", "02_noise_mismatch"
-STUB = 'raise NotImplementedError("`it` is still to be written.")'
 
 
 def released(lab, *edits, fill=True, extra=()):
-    """Setup, answers and checks of a solution, with texts replaced or unfilled; extra: (before id, source)."""
-    text = (SOLUTIONS / f"{lab}.py").read_text(encoding="utf-8")
+    """Setup, answers and checks of a released lab, filled in and edited, or blank; extra: (before id, source)."""
+    answers = {cell["id"]: cell["source"] for cell in _cells("solutions", lab) if fill}
+    kept = [cell for cell in _cells("notebooks", lab) if cell["metadata"]["labkit"] in ("setup", "answer", "check")]
+    made = []
+    for cell in (cell for cell in kept if cell["cell_type"] == "code"):
+        made += [code(source, f"{len(made):08x}") for before, source in extra if before == cell["id"]]
+        made.append(code("".join(answers.get(cell["id"], cell["source"])), cell["id"]))
     for old, new in edits:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    if not fill:
-        text = re.sub(r"### BEGIN SOLUTION.*?### END SOLUTION", STUB, text, flags=re.S)
-    cells = []
-    for part in re.split(r"^# %%", text, flags=re.M)[1:]:
-        head, _, source = part.partition("\n")
-        id = re.search(r'id="([^"]+)"', head)
-        if id and "[markdown]" not in head:
-            cells += [code(new, f"{len(cells):08x}") for before, new in extra if before == id[1]]
-            cells.append(code(source.strip("\n"), id[1]))
-    return {"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": cells}
+        (holder,) = [cell for cell in made if cell["source"].count(old) == 1]
+        holder["source"] = holder["source"].replace(old, new)
+    return {"nbformat": 4, "nbformat_minor": 5, "metadata": {}, "cells": made}
+
+
+def _cells(folder, lab):
+    return json.loads((ROOT / folder / f"{lab}.ipynb").read_text(encoding="utf-8"))["cells"]
 
 
 def code(source, id="", **metadata):

@@ -38,7 +38,7 @@ BAD = {
     "of format 5, not 4": b'{"nbformat": 5, "cells": []}',
     "without a list of cells": b'{"nbformat": 4, "cells": {}}',
     "cell 1 is not": b'{"nbformat": 4, "cells": [7]}',
-    "cell 2 is not": b'{"nbformat": 4, "cells": [{"cell_type": "code", "source": ""}, {"cell_type": "code", "source": [1]}]}',
+    "cell 2 is not": b'{"nbformat": 4, "cells": [{"cell_type": "", "source": ""}, {"cell_type": "", "source": [1]}]}',
 }
 
 
@@ -121,7 +121,8 @@ def test_only_what_is_needed_runs(tmp_path):
 
 
 def test_a_class_needs_no_cell_for_the_names_that_it_makes_itself(tmp_path):
-    source = "class A:\n    @property\n    def P(self):\n        return own\n    @P.setter\n    def P(self, P):\n        pass\n    Q = Q"
+    source = "class A:\n    @property\n    def P(self):\n        return own\n    @P.setter\n    def P(self, P):\n"
+    source += "        pass\n    Q = Q"
     told, names = events(
         tmp_path, ("show-1", "P = 1 / 0"), ("show-2", "Q = 2"), ("show-3", "own = 5"), ("answer-a", source)
     )
@@ -184,7 +185,7 @@ def test_load_answer_tells_if_its_check_does_not_pass_yet(tmp_path, capsys, monk
     text = told(("seen - expected", "expected - seen"))
     assert text.startswith("Your `KF` from lab 1 does not pass its check yet: The correction points the wrong way")
     assert text.endswith("Finish it there, save it (Ctrl+S), and run this cell again.\n")
-    assert "yet: `it` is still to be written.\n" in told(fill=False)
+    assert "yet: `predict` is still to be written.\n" in told(fill=False)
     monkeypatch.setattr(answers, "SECONDS", 0.5)
     assert "yet: It was still running when" in told(("p = len(y)", "p = len(y)\n        while p: pass"))
 

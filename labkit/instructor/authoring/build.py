@@ -8,33 +8,30 @@ parts and outputs gone.  The markers are nbgrader's.
 import os
 import re
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
-import jupytext
 import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
+from nbformat import NotebookNode
 from traitlets.config import Config
 
+from ...notebook.read import read
 from .. import files
 from ..records import CommandError
-from . import numbers
+from . import numbers, percent
 
 ROOT = Path(__file__).resolve().parents[3]
 WIDGET = "application/vnd.jupyter.widget-view+json"
-ROLES = ("setup", "answer", "check")
 
 _SOLUTION = re.compile(r"^([ \t]*)### BEGIN SOLUTION\n(.*?)^[ \t]*### END SOLUTION\n?", re.M | re.S)
 _HIDDEN = re.compile(r"^[ \t]*### BEGIN HIDDEN TESTS\n.*?^[ \t]*### END HIDDEN TESTS\n?", re.M | re.S)
 _MARKER = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION\n?", re.M)
 
 
-class DriftError(CommandError):
-    """A source that cannot be built, or a built file that no longer agrees with its source."""
-
-
-def main(names=(), check=False, run=True):
+def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> int:
     """Build (or with `check` only compare) the labs called `names`, by default all; exit status."""
     scripts = [p for p in sorted((ROOT / "solutions").glob("[0-9]*_*.py")) if not names or p.stem in names]
     if missing := set(names) - {p.stem for p in scripts}:
@@ -47,7 +44,10 @@ def main(names=(), check=False, run=True):
         else:
             numbers.write(ROOT)
         for script in scripts:
-            problems += compare(script, run) if check else write(script, run)
+            if check:
+                problems += compare(script, run)
+            else:
+                write(script, run)
     except CommandError as error:
         problems.append(str(error))
     for problem in problems:
@@ -59,83 +59,52 @@ def main(names=(), check=False, run=True):
     return 1 if problems else 0
 
 
-def source(script):
-    """The notebook in a percent-format script: every cell with an id and a role."""
-    notebook = jupytext.read(script, fmt="py:percent")
-    ids = set()
-    for number, cell in enumerate(notebook.cells, 1):
-        tags = cell.metadata.get("tags", [])
-        kind = "show" if cell.cell_type == "code" else "text"
-        cell.id = cell.metadata.pop("id", f"{kind}-{number:02d}")
-        if cell.id in ids:
-            raise DriftError(f"{script.name}: two cells have the id '{cell.id}'")
-        ids.add(cell.id)
-        roles = [role for role in ROLES if role in tags and "hidden" not in tags]
-        cell.metadata["labkit"] = role = roles[0] if roles else kind
-        if role == "answer" or "points" in cell.metadata:
-            cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
-    notebook.nbformat, notebook.nbformat_minor = 4, 5
-    notebook.metadata = nbformat.from_dict(
-        {
-            "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
-            "language_info": {"name": "python"},
-        }
-    )
-    return notebook
-
-
-def _graded(cell, role, points):
-    """What a cell counts, in nbgrader's schema: an answer of text is marked by hand, a check by itself."""
-    marks = {
-        "schema_version": 3,
-        "grade_id": cell.id,
-        "cell_type": cell.cell_type,
-        "task": False,
-        "grade": points is not None,
-        "solution": role == "answer",
-        "locked": role != "answer",
-    }
-    return marks | ({"points": points} if points is not None else {})
-
-
-def student(notebook):
+def student(notebook: NotebookNode) -> NotebookNode:
     """The student's copy: stubs for solutions, no hidden part, no output."""
     copy = nbformat.from_dict(notebook)
-    copy, _ = TagRemovePreprocessor(config=Config(TagRemovePreprocessor={"remove_cell_tags": ["hidden"]})).preprocess(
-        copy, {}
-    )
+    hidden = Config(TagRemovePreprocessor={"remove_cell_tags": ["hidden"]})
+    copy, _ = TagRemovePreprocessor(config=hidden).preprocess(copy, {})
     copy, _ = ClearOutputPreprocessor().preprocess(copy, {})
     for cell in copy.cells:
-        if cell.cell_type == "code":
-            cell.source = _SOLUTION.sub(lambda m: _stub(cell, m), _HIDDEN.sub("", cell.source)).rstrip()
-        else:
-            cell.source = _SOLUTION.sub("*Write your answer here (double-click to edit).*\n", cell.source).rstrip()
+        cell.source = _unanswered(cell).rstrip()
         if "SOLUTION" in cell.source or "HIDDEN TESTS" in cell.source:
-            raise DriftError(f"cell '{cell.id}' has a solution or hidden marker without its partner")
+            raise CommandError(f"cell '{cell.id}' has a solution or hidden marker without its partner")
     return copy
+
+
+def _unanswered(cell):
+    """The source of a cell with stubs for its solutions."""
+    if cell.cell_type == "code":
+        return _SOLUTION.sub(lambda match: _stub(cell, match), _HIDDEN.sub("", cell.source))
+    return _SOLUTION.sub("*Write your answer here (double-click to edit).*\n", cell.source)
 
 
 def _stub(cell, match):
     """`raise NotImplementedError`, naming the function that is to be written."""
     names = re.findall(r"^\s*(?:def|class) (\w+)", cell.source[: match.start()], re.M)
     if not names:
-        raise DriftError(f"cell '{cell.id}': a solution outside any function has no stub")
+        raise CommandError(f"cell '{cell.id}': a solution outside any function has no stub")
     return f'{match[1]}raise NotImplementedError("`{names[-1]}` is still to be written.")\n'
 
 
-def teacher(notebook, folder, run=True):
-    """The instructor's copy, run in `folder`: answers in the text without their markers."""
+def teacher(notebook: NotebookNode) -> NotebookNode:
+    """The instructor's copy, not yet run: answers in the text without their markers."""
     copy = nbformat.from_dict(notebook)
     for cell in copy.cells:
         if cell.cell_type == "markdown":
             cell.source = _MARKER.sub("", cell.source).rstrip()
-    if run:
-        # Where no window can open, figures go into the notebook all the same.
-        os.environ.setdefault("PYTHONUTF8", "1")
-        try:
-            NotebookClient(copy, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
-        except CellExecutionError as error:
-            raise DriftError(f"a solution stops:\n{error}") from error
+    return copy
+
+
+def execute(notebook: NotebookNode, folder: Path) -> NotebookNode:
+    """A copy of the notebook, run in `folder`, with its outputs. Raises CommandError if a cell stops."""
+    copy = nbformat.from_dict(notebook)
+    # Where no window can open, figures go into the notebook all the same.
+    os.environ.setdefault("PYTHONUTF8", "1")
+    try:
+        NotebookClient(copy, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    except CellExecutionError as error:
+        raise CommandError(f"a solution stops:\n{error}") from error
     copy.metadata.pop("widgets", None)
     for cell in copy.cells:
         cell.metadata.pop("execution", None)
@@ -147,47 +116,69 @@ def teacher(notebook, folder, run=True):
     return copy
 
 
-def write(script, run=True):
-    """Write both notebooks of a script; no problems can be left, so the list is empty."""
-    notebook = source(script)
+def write(script: Path, run: bool = True) -> None:
+    """Write both notebooks of a script. Raises CommandError."""
+    notebook = percent.notebook(script)
     print(f"{script.stem} ...", flush=True)
-    _save(student(notebook), ROOT / "notebooks" / f"{script.stem}.ipynb")
+    _save(student(notebook), _students(script))
     target = script.with_suffix(".ipynb")
-    made = teacher(notebook, script.parent, run)
-    if not run and target.exists():  # keep the outputs of cells that did not change
-        old = {cell.id: cell for cell in nbformat.read(target, as_version=4).cells}
-        for cell in made.cells:
-            if cell.cell_type == "code" and cell.id in old and old[cell.id].source == cell.source:
-                cell.outputs, cell.execution_count = old[cell.id].outputs, old[cell.id].execution_count
-    _save(made, target)
-    return []
+    made = teacher(notebook)
+    if target.exists():
+        _keep_outputs(made, target)
+    _save(made, target)  # before it runs, as the exam in it reads the answers there
+    if run:
+        _save(execute(teacher(notebook), script.parent), target)
 
 
-def compare(script, run=True):
+def _students(script):
+    return ROOT / "notebooks" / f"{script.stem}.ipynb"
+
+
+def _keep_outputs(made, target):
+    """Take over the outputs of cells that did not change."""
+    old = {cell.id: cell for cell in read(target)}
+    for cell in made.cells:
+        if cell.cell_type == "code" and cell.id in old and old[cell.id].source == cell.source:
+            cell.outputs = _joined(old[cell.id].stored["outputs"])
+            cell.execution_count = old[cell.id].stored["execution_count"]
+
+
+def compare(script: Path, run: bool = True) -> list[str]:
     """Sentences about what differs between the built notebooks of a script and what it gives now."""
-    notebook, problems = source(script), []
-    pairs = [
-        (ROOT / "notebooks" / f"{script.stem}.ipynb", student(notebook), False),
-        (script.with_suffix(".ipynb"), teacher(notebook, script.parent, run), run),
+    notebook, target = percent.notebook(script), script.with_suffix(".ipynb")
+    problems = _drift(_students(script), student(notebook), script) + _drift(target, teacher(notebook), script)
+    if problems or not run:  # run with the answers of another notebook, the exam's cells would tell nothing
+        return problems
+    fresh = execute(teacher(notebook), script.parent)
+    return [
+        f"{_where(target)}: cell '{new.id}' prints something else when it is run"
+        for old, new in zip(read(target), fresh.cells)
+        if "nbval-ignore-output" not in old.tags and _texts(old.stored) != _texts(new)
     ]
-    for path, fresh, outputs in pairs:
-        where = f"{path.parent.name}/{path.name}"
-        if not path.exists():
-            problems.append(f"{where} is missing")
-            continue
-        stored = nbformat.read(path, as_version=4)
-        for old, new in zip(stored.cells, fresh.cells):
-            if (old.id, old.source, old.metadata) != (new.id, new.source, new.metadata):
-                problems.append(f"{where}: cell '{new.id}' differs from {script.name}")
-            elif outputs and "nbval-ignore-output" not in new.metadata.get("tags", []) and _texts(old) != _texts(new):
-                problems.append(f"{where}: cell '{new.id}' prints something else when it is run")
-        if len(stored.cells) != len(fresh.cells):
-            problems.append(f"{where} has {len(stored.cells)} cells, {script.name} has {len(fresh.cells)}")
+
+
+def _drift(path, fresh, script):
+    """Sentences about cells of a built notebook that are not those which its script gives."""
+    if not path.exists():
+        return [f"{_where(path)} is missing"]
+    stored = read(path)
+    problems = [
+        f"{_where(path)}: cell '{new.id}' differs from {script.name}"
+        for old, new in zip(stored, fresh.cells)
+        if (old.id, old.source, old.metadata) != (new.id, new.source, new.metadata)
+    ]
+    if len(stored) != len(fresh.cells):
+        problems.append(f"{_where(path)} has {len(stored)} cells, {script.name} has {len(fresh.cells)}")
     return problems
 
 
+def _where(path):
+    return f"{path.parent.name}/{path.name}"
+
+
 def _texts(cell):
-    return [out.get("text") or out.get("data", {}).get("text/plain") for out in _joined(cell.get("outputs", []))]
+    outputs = _joined(cell.get("outputs", []))
+    return ["".join(out.get("text") or out.get("data", {}).get("text/plain") or "") for out in outputs]
 
 
 def _joined(outputs):
@@ -196,9 +187,11 @@ def _joined(outputs):
     for output in map(nbformat.from_dict, outputs):
         last = joined[-1] if joined else {}
         if output.output_type == "stream" == last.get("output_type") and output.name == last.name:
-            last.text += output.text
+            last.text += "".join(output.text)
         else:
             joined.append(output)
+            if output.output_type == "stream":
+                output.text = "".join(output.text)  # a file may hold it as a list of lines
     return joined
 
 

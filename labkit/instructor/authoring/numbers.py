@@ -12,13 +12,16 @@ from ...checks import DATA
 from ...checks.compare import ANY, gap, identify, nearest
 from ...checks.trace import run
 from .. import files
-from .spec import SpecError, answers, build, definitions
+from ..records import CommandError
+from . import percent
+from .spec import answers, build, definitions
 
 
 def generate(root):
     """{name: data} of all checks, made from the solutions under `root`."""
     checks = definitions(root)
-    return {check.name: make(check, answers(root, check.lab)) for check in checks}
+    sources = {lab: answers(percent.cells(root / "solutions" / f"{lab}.py")) for lab in {check.lab for check in checks}}
+    return {check.name: make(check, sources[check.lab]) for check in checks}
 
 
 def make(check, source):
@@ -39,7 +42,7 @@ def make(check, source):
     mistakes = [_mistake(check, source, mistake, scenarios, problems) for mistake in check.mistakes]
     problems += _misnamed(mistakes)
     if problems:
-        raise SpecError("\n".join(f"{check.name}: {problem}" for problem in problems))
+        raise CommandError("\n".join(f"{check.name}: {problem}" for problem in problems))
     data = {"name": check.name, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
     return {**data, "mistakes": [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]}
 
@@ -48,7 +51,7 @@ def _run(check, source, form, scenarios=None):
     try:
         subject = build(source, form, check.subject)
     except Exception as error:
-        raise SpecError(f"{check.name}: {form!r}: {error}") from error
+        raise CommandError(f"{check.name}: {form!r}: {error}") from error
     return {s["id"]: run(subject, check.kind, s) for s in scenarios or check.scenarios}
 
 

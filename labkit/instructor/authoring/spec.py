@@ -8,10 +8,15 @@ import ast
 import importlib.util
 import re
 import sys
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, TypeAlias
 
+from ...notebook.read import Cell
 from ..records import CommandError
+
+Form: TypeAlias = str | Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -19,7 +24,7 @@ class Right:
     """Another form of the right answer; other=True if its numbers differ and are accepted as well."""
 
     id: str
-    form: object
+    form: Form
     other: bool = False
 
 
@@ -29,9 +34,9 @@ class Mistake:
 
     id: str
     say: str
-    forms: tuple
+    forms: tuple[Form, ...]
 
-    def __init__(self, id, say, *forms):
+    def __init__(self, id: str, say: str, *forms: Form) -> None:
         for name, value in (("id", id), ("say", say), ("forms", forms)):
             object.__setattr__(self, name, value)
 
@@ -44,39 +49,33 @@ class Check:
     lab: str  # the solution's name, '01_cartesian_ekf'
     subject: str  # the name in it, 'KF'
     kind: str  # 'filter' or 'function'
-    scenarios: list
-    right: list = field(default_factory=list)
-    mistakes: list = field(default_factory=list)
+    scenarios: list[dict]
+    right: list[Right] = field(default_factory=list)
+    mistakes: list[Mistake] = field(default_factory=list)
 
 
-class SpecError(CommandError):
-    """The definitions of a check contradict each other or the solution."""
-
-
-def definitions(root):
-    """The checks that the package solutions/checks defines in its list CHECKS."""
+def definitions(root: Path | str) -> list[Check]:
+    """The checks that the package solutions/checks under `root` defines in its list CHECKS."""
     path = Path(root) / "solutions" / "checks" / "__init__.py"
     spec = importlib.util.spec_from_file_location("labkit_solution_checks", path)
+    assert spec and spec.loader  # which is so for any file that ends in .py
     package = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(package)
     return package.CHECKS
 
 
-def answers(root, lab, forms=None):
-    """The imports of the setup cell and the answer cells of a solution, as one source.
+def answers(cells: Sequence[Cell], forms: Sequence[Form] | None = None) -> str:
+    """The imports of the set-up and the answers in a solution's cells, as one source.
 
     forms: if they are known, only the imports that they or the answers need.
     """
-    text = (Path(root) / "solutions" / f"{lab}.py").read_text(encoding="utf-8")
-    cells = [part.partition("\n")[::2] for part in re.split(r"^# %%", text, flags=re.MULTILINE)]
-    cells = [(head, body) for head, body in cells if "[markdown]" not in head]
-    setup = "\n".join(body for head, body in cells if '"setup' in head)
-    body = "\n".join(body for head, body in cells if '"answer' in head)
+    setup = "\n".join(cell.source for cell in cells if cell.code and "setup" in cell.tags)
+    body = "\n\n".join(cell.source for cell in cells if cell.code and "answer" in cell.tags)
     needed = None if forms is None else set(re.findall(r"\w+", body + repr(forms)))
-    return imports(setup, needed) + "\n" + body
+    return f"{imports(setup, needed)}\n{body}\n"
 
 
-def imports(source, needed):
+def imports(source: str, needed: Container[str] | None) -> str:
     """The imports in a source, of the `needed` names if not None: matplotlib, for one, takes a second to load."""
     lines = []
     for node in ast.parse(source).body:
@@ -87,14 +86,14 @@ def imports(source, needed):
     return "\n".join(lines)
 
 
-def build(source, form, name):
-    """The object `name` of the solution in another form."""
+def build(source: str, form: Form, name: str) -> Any:
+    """The object `name` of the solution in another form. Raises CommandError for a text that is not once in it."""
     if isinstance(form, str):
         source = f"{source}\n{form}"
     else:
         for old, new in form:
             if source.count(old) != 1:
-                raise SpecError(f"`{old}` occurs {source.count(old)} times in the solution, not once")
+                raise CommandError(f"`{old}` occurs {source.count(old)} times in the solution, not once")
             source = source.replace(old, new)
     namespace = {"__name__": "form"}
     exec(compile(source, "<a form of the solution>", "exec"), namespace)

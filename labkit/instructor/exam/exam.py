@@ -14,6 +14,7 @@ from ...checks import CheckError
 from ...checks import trace as subjects
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
+from ...notebook.read import read
 from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
 from ..sandbox.channel import WorkerLostError
@@ -32,13 +33,13 @@ class Exam:
     """The examination of one lab; `seed` and `student` decide what is drawn."""
 
     def __init__(self, lab):
-        if not (ROOT / "solutions" / f"{lab}.py").is_file():
-            raise CommandError(f"There is no solutions/{lab}.py: grading needs the full kit, not the students' one.")
+        if not (ROOT / "solutions" / f"{lab}.ipynb").is_file():
+            raise CommandError(f"There is no solutions/{lab}.ipynb: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
         self.keep = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
         forms = [right.form for check in self._definitions for right in check.right if right.other]
-        self._source = answers(ROOT, lab, forms)
+        self._source = answers(read(ROOT / "solutions" / f"{lab}.ipynb"), forms)
         self._accepted = {}
 
     def rng(self, draw=""):

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...notebook.read import cells_of
+from ...notebook.read import read as read_notebook
 from ..authoring.spec import imports
 from ..records import Check, CommandError
 from .exam import ROOT
@@ -24,17 +24,6 @@ class CheckCell:
     source: str
     printed: str
     uses: tuple
-
-
-class _Cell:
-    """A cell of our own solution notebook, read without nbformat, which takes two seconds to load."""
-
-    def __init__(self, stored):
-        self.id, self.metadata, self.code = stored["id"], stored["metadata"], stored["cell_type"] == "code"
-        self.source, self.tags = "".join(stored["source"]), self.metadata.get("tags", [])
-        self.role = self.metadata.get("labkit", "")
-        streams = [out for out in stored.get("outputs", []) if out.get("name") == "stdout"]
-        self.printed = "".join("".join(out["text"]) for out in streams)
 
 
 @dataclass(frozen=True)
@@ -63,8 +52,7 @@ def read(lab, root=ROOT):
         raise CommandError(
             f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}."
         )
-    book = [_Cell(cell) for cell in json.loads(solution.read_text(encoding="utf-8"))["cells"]]
-    released = cells_of(json.loads(student.read_text(encoding="utf-8")), student)
+    book, released = read_notebook(solution), read_notebook(student)
     shown = {cell.id for cell in released}
     subjects = _defined([cell.source for cell in book if cell.role == "answer" and cell.code])
     setup, cells, checks = [], [], []

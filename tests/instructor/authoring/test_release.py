@@ -15,7 +15,7 @@ import nbformat
 import pytest
 
 from labkit import cli
-from labkit.instructor.authoring import build, release
+from labkit.instructor.authoring import build, percent, release
 from labkit.instructor.records import CommandError
 
 from helpers.reference import LABS, ROOT
@@ -106,7 +106,7 @@ def test_the_notebooks_are_unanswered_and_were_never_run(kit, lab):
 
 def secrets(lab):
     """Lines of solutions, hidden tests and hidden cells, with the build's own reading of the source."""
-    for cell in build.source(ROOT / "solutions" / f"{lab}.py").cells:
+    for cell in percent.notebook(ROOT / "solutions" / f"{lab}.py").cells:
         inside = hidden = "hidden" in cell.metadata.get("tags", [])
         for line in cell.source.splitlines():
             if "### " in line and ("SOLUTION" in line or "HIDDEN TESTS" in line):
@@ -117,7 +117,7 @@ def secrets(lab):
 
 def test_no_solution_and_no_hidden_cell_is_in_it(kit):
     shown = "\n".join(
-        cell.source for lab in LABS for cell in build.student(build.source(ROOT / "solutions" / f"{lab}.py")).cells
+        cell.source for lab in LABS for cell in build.student(percent.notebook(ROOT / "solutions" / f"{lab}.py")).cells
     )
     texts = {}
     for path in files(kit):

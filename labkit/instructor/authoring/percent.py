@@ -1,0 +1,54 @@
+"""Read a lab's source, `solutions/NN_name.py` in jupytext's percent format: each cell gets an id and a role."""
+
+from pathlib import Path
+
+import jupytext
+from nbformat import NotebookNode, from_dict
+
+from ...notebook.read import Cell, cells_of
+from ..records import CommandError
+
+ROLES = ("setup", "answer", "check")
+KERNEL = {
+    "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
+    "language_info": {"name": "python"},
+}
+
+
+def notebook(script: Path) -> NotebookNode:
+    """The notebook in a script, solutions and hidden parts in it. Raises CommandError for an id that comes twice."""
+    made = jupytext.read(script, fmt="py:percent")
+    ids = set()
+    for number, cell in enumerate(made.cells, 1):
+        tags = cell.metadata.get("tags", [])
+        kind = "show" if cell.cell_type == "code" else "text"
+        cell.id = cell.metadata.pop("id", f"{kind}-{number:02d}")
+        if cell.id in ids:
+            raise CommandError(f"{script.name}: two cells have the id '{cell.id}'")
+        ids.add(cell.id)
+        roles = [role for role in ROLES if role in tags and "hidden" not in tags]
+        cell.metadata["labkit"] = role = roles[0] if roles else kind
+        if role == "answer" or "points" in cell.metadata:
+            cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
+    made.nbformat, made.nbformat_minor = 4, 5
+    made.metadata = from_dict(KERNEL)
+    return made
+
+
+def cells(script: Path) -> list[Cell]:
+    """The cells in a script. Raises CommandError for an id that comes twice."""
+    return cells_of(notebook(script), script)
+
+
+def _graded(cell, role, points):
+    """What a cell counts, in nbgrader's schema: an answer of text is marked by hand, a check by itself."""
+    marks = {
+        "schema_version": 3,
+        "grade_id": cell.id,
+        "cell_type": cell.cell_type,
+        "task": False,
+        "grade": points is not None,
+        "solution": role == "answer",
+        "locked": role != "answer",
+    }
+    return marks | ({"points": points} if points is not None else {})
