@@ -15,6 +15,7 @@ from .intake.collect import open_submissions, tidy
 from .intake.submission import assemble
 from .records import CommandError, HandInError
 from .report import tables
+from .report.names import labels
 from .report.gradebook import Gradebook
 from .sandbox.choose import choose
 
@@ -102,7 +103,7 @@ def take_hand_marks(book, path):
         (label, result.lab): result
         for lab in book.labs()
         for results in [list(book.results(lab))]
-        for label, result in zip(tables.labels(results), results)
+        for label, result in zip(labels(results), results)
     }
     with book:
         for (label, lab, check), (points, reason) in found.items():

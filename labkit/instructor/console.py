@@ -4,7 +4,7 @@ import sys
 import time
 
 from . import records
-from .report import tables
+from .report import texts
 
 
 class Progress:
@@ -20,11 +20,11 @@ class Progress:
         if self.bar:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
-        said = f"{tables.plain(result.points)} of {tables.plain(result.max_points)}"
+        said = f"{texts.plain(result.points)} of {texts.plain(result.max_points)}"
         waiting = f", {result.open} to be read" if result.open else ""
         errors = sum(mark.status == records.ERROR for mark in result.marks)
         trouble = f", {errors} checks could not be run" if errors else ""
-        print(f"{tables.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
+        print(f"{texts.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
         self._draw()
 
     def _draw(self):

@@ -12,7 +12,7 @@ from datetime import datetime
 import numpy as np
 
 from .. import records
-from ..records import Check, Mark, CommandError, Result
+from ..records import Check, CommandError, Mark, Result
 
 VERSION = 1
 TABLES = """

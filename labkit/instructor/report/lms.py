@@ -10,7 +10,10 @@ import unicodedata
 from collections import Counter
 
 from ..records import BY_HAND, CommandError
-from .tables import SHOWN, Sheet, clean, guard, labels, number, plain
+from .names import labels
+from .sheet import Sheet
+from .tables import SHOWN
+from .texts import clean, guard, number, plain
 
 LONGEST = 500  # characters of a feedback comment
 NO = {"no", "nein", "non", "nao", "нет"}

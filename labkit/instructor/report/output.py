@@ -7,10 +7,12 @@ from itertools import groupby
 
 from .. import files
 from . import lms, tables
-from .class_page import class_page
+from .class_overview import class_page
+from .feedback import feedback_page
 from .figures import Drawer
-from .page import file_name
-from .pages import feedback_page, to_mark_page
+from .names import file_name, labels
+from .texts import clean, plain
+from .to_mark import to_mark_page
 
 
 def write_all(book, paper, out, args):
@@ -44,7 +46,7 @@ def feedback(book, paper, out, results):
     folder = out / "feedback" / paper.lab
     folder.mkdir(parents=True, exist_ok=True)
     drawer, pages, taken = Drawer(), {}, set()
-    for label, result in zip(tables.labels(results), results):
+    for label, result in zip(labels(results), results):
         result.figure = book.figure(result.id)
         name = file_name(label, taken)
         files.write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
@@ -56,7 +58,7 @@ def feedback(book, paper, out, results):
 def send_back(path, folder, results, pages):
     """Pack the pages as Moodle takes them ("Upload multiple feedback files in a zip"): in the folders that it gave out."""
     found = {}
-    for label, result in zip(tables.labels(results), results):
+    for label, result in zip(labels(results), results):
         of = re.search(r"(?:^|[/ ])([^/:]+_\d+_assignsubmission_file_?)/", result.source)
         if of:
             found[f"{of[1]}/{pages[label]}"] = folder / pages[label]
@@ -82,16 +84,16 @@ def summary(results, out, paper, told):
     print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
     if graded:
         mean = sum(result.points for result in graded) / len(graded)
-        print(f"Mean {mean:.1f} of {tables.plain(most)} points so far;", end=" ")
+        print(f"Mean {mean:.1f} of {plain(most)} points so far;", end=" ")
         print(
             f"{sum(result.open for result in graded)} written answers to be read (points go into {out / 'grades.csv'})."
         )
     for result in unfit:
-        print(f"Could not be graded: {tables.clean(result.student)}: {result.problem}")
+        print(f"Could not be graded: {clean(result.student)}: {result.problem}")
     for reason, group in groupby(sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason):
         group = list(group)
         print(
-            f"{len(group)} checks could not be run, the first of {tables.clean(group[0][0].student)}, {group[0][1].check}: {reason}"
+            f"{len(group)} checks could not be run, the first of {clean(group[0][0].student)}, {group[0][1].check}: {reason}"
         )
     for sentence in told:
         print(sentence)

@@ -1,7 +1,6 @@
 """CSV files as other programs write them: `Sheet` changes single cells and keeps each other byte."""
 
 import re
-import unicodedata
 from collections import Counter
 from pathlib import Path
 
@@ -112,41 +111,3 @@ def _value(raw):
         return raw
     inside, _, behind = raw[1:].rpartition('"')
     return inside.replace('""', '"') + behind
-
-
-def clean(text):
-    """`text` on one line, without control characters and halves of characters."""
-    return re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "", " ".join(str(text).split()))
-
-
-def guard(text):
-    """`text`, clean, as a cell that no spreadsheet takes for a formula."""
-    text = clean(text)
-    return "'" + text if re.match("'*[=+@-]", text) else text
-
-
-def unguard(text):
-    """The text that `guard` made a cell of; a tab or line end that a person added counts too."""
-    return text[1:] if re.match("'+[=+@\t\r-]", text) else text
-
-
-def number(text):
-    """The number in a cell, with a decimal point or comma, or None: '1,5' is 1.5, 'nan' is no number."""
-    text = text.strip()
-    return float(text.replace(",", ".")) if re.fullmatch(r"[+-]?(\d{1,9}([.,]\d*)?|[.,]\d+)", text) else None
-
-
-def plain(value, digits=4):
-    """`value` with at most `digits` decimals and no idle zeros: '1', '1.5'."""
-    return f"{value + 1e-9:.{digits}f}".rstrip("0").rstrip(".")  # 1e-9: halves go up, whatever their bits
-
-
-def squash(text):
-    """`text` for comparing: composed letters, one space for each gap."""
-    return unicodedata.normalize("NFC", " ".join(text.split()))
-
-
-def key(text):
-    """`text` for looking up: no capitals, and no leading zeros, which a spreadsheet drops of a number."""
-    text = squash(clean(text)).casefold()
-    return text.lstrip("0") or "0" if text.isdigit() else text

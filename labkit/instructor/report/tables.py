@@ -3,11 +3,12 @@
 import csv
 import io
 import re
-from collections import Counter
 
 from .. import files
 from ..records import ERROR, OPEN, CommandError
-from .sheet import Sheet, clean, guard, key, number, plain, squash, unguard
+from .names import labels
+from .sheet import Sheet
+from .texts import clean, guard, key, number, plain, squash, unguard
 
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
@@ -26,32 +27,6 @@ SUMMARY = (
 )
 SHOWN = 10  # how many problems or names one message lists
 SAME = 1e-3  # points closer than this are equal: a spreadsheet saves the digits that it shows
-
-
-def labels(results):
-    """What each of `results` is called, in order: its student's name, made to differ within one lab.
-
-    Students who share a name get their identifier (or the name of their file) behind it: 'Ada (123)'.
-    """
-    names = [clean(result.student) or "no name" for result in results]
-    count = Counter((result.lab, key(name)) for result, name in zip(results, names))
-    taken, told = set(), []
-    for result, name in zip(results, names):
-        if count[result.lab, key(name)] > 1:
-            mark = clean(result.identifier) or clean(re.split(r"[\\/]", result.source)[-1])
-            name += f" ({mark})" if mark else ""
-        label, number = name, 1
-        while (result.lab, key(label)) in taken:
-            number += 1
-            label = f"{name} #{number}"
-        taken.add((result.lab, key(label)))
-        told.append(label)
-    return told
-
-
-def label(result, results):
-    """What `result`, one of `results`, is called in every table; see `labels`."""
-    return next(name for name, other in zip(labels(results), results) if other is result)
 
 
 def write_grades(path, results):

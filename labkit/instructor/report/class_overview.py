@@ -1,0 +1,169 @@
+"""The page about the whole class: what went wrong for how many, and what to explain again next week."""
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import median
+from typing import NamedTuple
+from urllib.parse import quote
+
+from ..records import ERROR, FAILED, NOT_RUN, PASSED, Check, Mark, Result
+from .names import labels
+from .pages import LOOKS, render
+from .texts import plain
+
+SIGNS = (PASSED, FAILED, NOT_RUN, ERROR)
+LEFT, WIDTH, TALLEST = 10, 700, 110  # of the chart's bars, in units of its drawing
+
+
+class Bar(NamedTuple):
+    """So many students have `first` to `last` points; where the bar stands and how large it is."""
+
+    first: str
+    last: str
+    students: int
+    left: float
+    width: float
+    height: float
+
+
+class Spread(NamedTuple):
+    """How many students have how many points; edges: (place, points) of the axis below the bars."""
+
+    median: float
+    mean: float
+    most: float
+    bars: list[Bar]
+    edges: list[tuple[float, str]]
+
+
+class Mistake(NamedTuple):
+    """A known mistake, how many students made it, their share of the most frequent one's, and the checks that saw it."""
+
+    mistake: str
+    students: int
+    share: float
+    titles: list[str]
+
+
+class Coded(NamedTuple):
+    """What became of a check that is run; share: of those who passed, 0 to 1."""
+
+    check: Check
+    passed: int
+    failed: int
+    other: int
+    share: float
+
+
+class Written(NamedTuple):
+    """What became of a written question; mean: of the points given so far."""
+
+    check: Check
+    read: int
+    waiting: int
+    mean: float | None
+
+
+class Student(NamedTuple):
+    """A row of the table of all students."""
+
+    label: str
+    link: str
+    graded: bool
+    points: float
+    most: float
+    signs: str
+    passed: int
+    remarks: list[str]
+
+
+def class_page(
+    results: Sequence[Result], checks: Sequence[Check], title: str, pages: Mapping[str, str], folder: str = "feedback"
+) -> str:
+    """The HTML of the class's page.
+
+    results: of one lab;  pages: {label: file name of the feedback page} in `folder`/lab.
+    """
+    named = sorted(zip(labels(results), results), key=lambda pair: pair[0].casefold())
+    graded = [result for result in results if not result.problem]
+    coded = [check for check in checks if not check.hand]
+    links = {label: quote(f"{folder}/{r.lab}/{pages[label]}", errors="replace") for label, r in named if label in pages}
+    return render(
+        "class",
+        title=title,
+        graded=len(graded),
+        waiting=sum(result.open for result in graded),
+        levels=sorted(Counter(result.level for result in graded).items(), reverse=True),
+        spread=_spread(graded),
+        mistakes=_mistakes(graded, checks),
+        coded=[_coded(check, _marks(graded, check)) for check in coded],
+        written=[_written(check, _marks(graded, check)) for check in checks if check.hand],
+        unfit=[(label, result.problem) for label, result in named if result.problem],
+        late=[label for label, result in named if result.late],
+        signs=[LOOKS[status] for status in SIGNS],
+        students=[_student(label, links.get(label, ""), result, coded) for label, result in named],
+    )
+
+
+def _marks(graded: Sequence[Result], check: Check) -> list[Mark]:
+    return [mark for result in graded for mark in result.marks if mark.check == check.id]
+
+
+def _spread(graded: Sequence[Result]) -> Spread | None:
+    most = max((result.max_points for result in graded), default=0)
+    if not most:
+        return None
+    points = [result.points for result in graded]
+    step = next(s for s in _steps() if most / s <= 15)
+    bins = max(1, math.ceil(most / step - 1e-9))
+    counts = Counter(min(bins - 1, max(0, int(p / step + 1e-9))) for p in points)
+    each, top = WIDTH / bins, max(counts.values())
+    edges = [(LEFT + i * each, plain(i * step, 2)) for i in range(bins + 1)]
+    bars = [
+        Bar(edges[i][1], edges[i + 1][1], counts[i], edges[i][0], each, TALLEST * counts[i] / top)
+        for i in sorted(counts)
+    ]
+    return Spread(median(points), round(sum(points) / len(points), 1), most, bars, edges)
+
+
+def _steps() -> Iterator[float]:
+    """Widths of a bar in points, ever wider: .1, .2, .5, 1, 2, 5 ..."""
+    for power in range(-1, 9):
+        yield from (10.0**power, 2 * 10.0**power, 5 * 10.0**power)
+
+
+def _mistakes(graded: Sequence[Result], checks: Sequence[Check]) -> list[Mistake]:
+    """The known mistakes by how many students made them."""
+    who, where = defaultdict(set), defaultdict(set)
+    for i, result in enumerate(graded):
+        for mark in result.marks:
+            if mark.mistake:
+                who[mark.mistake].add(i)
+                where[mark.mistake].add(mark.check)
+    most = max(map(len, who.values()), default=0)
+    return [
+        Mistake(told, len(who[told]), len(who[told]) / most, [c.title for c in checks if c.id in where[told]])
+        for told in sorted(who, key=lambda told: (-len(who[told]), told))
+    ]
+
+
+def _coded(check: Check, marks: Sequence[Mark]) -> Coded:
+    count = Counter(mark.status for mark in marks)
+    passed, failed = count[PASSED], count[FAILED]
+    return Coded(check, passed, failed, len(marks) - passed - failed, passed / len(marks) if marks else 0.0)
+
+
+def _written(check: Check, marks: Sequence[Mark]) -> Written:
+    points = [mark.points for mark in marks if mark.points is not None]
+    return Written(check, len(points), len(marks) - len(points), sum(points) / len(points) if points else None)
+
+
+def _student(label: str, link: str, result: Result, coded: Sequence[Check]) -> Student:
+    given = {mark.check: mark.status for mark in result.marks}
+    status = [given.get(check.id, NOT_RUN) for check in coded]
+    remarks = [*["could not be graded"] * bool(result.problem), *["late"] * result.late]
+    remarks += [f"{result.open} to be read"] if result.open else []
+    signs = "".join((LOOKS.get(one) or LOOKS[NOT_RUN]).sign for one in status)
+    passed = status.count(PASSED)
+    return Student(label, link, not result.problem, result.points, result.max_points, signs, passed, remarks)

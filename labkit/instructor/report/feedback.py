@@ -1,0 +1,93 @@
+"""The page that a student gets back."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..records import NOT_RUN, Check, Mark, Result
+from .figures import Drawer
+from .pages import LOOKS, Look, address, cut, render
+from .texts import plain
+
+
+class Entry(NamedTuple):
+    """What a student is told of one check, and nothing that must not be told."""
+
+    title: str
+    hidden: bool
+    look: Look
+    points: str
+    written: bool
+    answer: str
+    reason: str
+    mistake: str
+    lines: Sequence[str]
+
+
+class Picture(NamedTuple):
+    """The picture of a page; source: the address of the image."""
+
+    heading: str
+    shows: str
+    reading: str
+    source: str = ""
+
+
+PICTURES = {
+    "run": Picture(
+        "Your filter on the lab's run",
+        "Left, the map: the true path and your estimate, with 3σ ellipses. Right, over time: the error in "
+        "x and y and the 3σ bounds that your filter claims.",
+        "A filter that knows how good it is keeps its error between the bounds nearly all the time, and "
+        "the bounds are not much wider than the error.",
+    ),
+    "curve": Picture(
+        "Your curve",
+        "What your code computed, as a blue line, over the band in which a consistent filter lies.",
+        "Above the band a filter trusts itself too much, below it too little.",
+    ),
+}
+
+
+def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: Drawer | None = None) -> str:
+    """The HTML of a student's page. checks: all of the lab, in order; without a drawer there is no picture."""
+    given = {mark.check: mark for mark in result.marks}
+    shown = [] if result.problem and not given else checks
+    return render(
+        "feedback",
+        result=result,
+        title=title,
+        most=result.max_points or sum(check.points for check in checks),
+        notes=_notes(result),
+        entries=[_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown],
+        picture=_picture(result, drawer),
+    )
+
+
+def _notes(result: Result) -> list[str]:
+    file = result.source.replace("\\", "/").rpartition("/")[2]
+    told = [f"Handed in: {file}" + (f", {result.when:%Y-%m-%d %H:%M}" if result.when else "")] if file else []
+    late = result.late and not any("late" in str(note).lower() for note in result.notes)
+    return [*told, *["This was handed in late."] * late, *result.notes]
+
+
+def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
+    mark = mark or Mark(check.id, 0, check.points, NOT_RUN)
+    points = "–" if mark.points is None else plain(mark.points, 2)
+    new = not check.hidden and mark.mistake not in mark.reason  # the reason is all that is told of a hidden check
+    return Entry(
+        check.title,
+        check.hidden,
+        LOOKS.get(mark.status) or Look("wait", "?", cut(mark.status, 20)),
+        f"{points} of {plain(mark.max_points, 2)}",
+        check.hand,
+        answer if check.hand else "",
+        mark.reason,
+        mark.mistake if new else "",
+        () if check.hidden else mark.lines,
+    )
+
+
+def _picture(result: Result, drawer: Drawer | None) -> Picture | None:
+    image = drawer.png(result.figure) if drawer and result.figure else None
+    kind = "run" if "P" in result.figure else "curve"
+    return PICTURES[kind]._replace(source=address(image)) if image else None

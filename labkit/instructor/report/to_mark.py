@@ -1,0 +1,56 @@
+"""The page from which written answers are marked."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..records import BY_HAND, OPEN, Check, Result
+from .names import labels
+from .pages import LOOKS, Look, render
+from .texts import counted
+
+Given = tuple[str, float | None]  # a student's label, and the points, None while the answer waits to be read
+
+
+class Group(NamedTuple):
+    """An answer and who gave it."""
+
+    answer: str
+    who: list[Given]
+    look: Look
+
+
+class Question(NamedTuple):
+    """A written question with all answers to it, those to be read first."""
+
+    check: Check
+    progress: str
+    groups: list[Group]
+    empty: list[Given]
+
+
+def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str) -> str:
+    """The HTML of all written answers to one lab, question by question, for the instructor."""
+    named = list(zip(labels(results), results))
+    return render("to_mark", title=title, questions=[_question(check, named) for check in checks if check.hand])
+
+
+def _question(check: Check, named: Sequence[tuple[str, Result]]) -> Question:
+    given: dict[str, list[Given]] = defaultdict(list)
+    for label, result in sorted(named, key=lambda pair: pair[0].casefold()):
+        answer = result.answers.get(check.id, "").strip()
+        given[answer] += [(label, mark.points) for mark in result.marks if mark.check == check.id]
+    everybody = [points for who in given.values() for _, points in who]
+    empty = given.pop("", [])
+    groups = [Group(answer, who, LOOKS[BY_HAND if _read(who) else OPEN]) for answer, who in given.items() if who]
+    groups.sort(key=lambda group: (_read(group.who), group.who[0][0].casefold()))
+    if everybody:
+        answers = counted(len(everybody) - len(empty), "answer")
+        progress = f"{answers}, {everybody.count(None) or 'none'} still to be read"
+    else:
+        progress = "Nobody has handed this in yet"
+    return Question(check, progress, groups, empty)
+
+
+def _read(who: Sequence[Given]) -> bool:
+    return all(points is not None for _, points in who)

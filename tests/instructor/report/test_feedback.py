@@ -1,0 +1,73 @@
+"""The page that a student gets back: what it shows, and what it must not."""
+
+from datetime import datetime
+
+from labkit.instructor import records
+from labkit.instructor.records import Mark, Result
+from labkit.instructor.report.feedback import feedback_page
+from labkit.instructor.report.figures import Drawer
+
+from helpers.graded import CHECKS, LINES, MISTAKES, TITLE, curve, sound
+
+
+def test_a_student_sees_points_words_and_reasons():
+    marks = [
+        Mark("h", 2, 2, records.PASSED),
+        Mark("jacobian", 0, 2, records.FAILED, "Not yet right: one landmark.", LINES, MISTAKES["jacobian"]),
+        Mark("kf-none", 0, 2, records.NOT_RUN, "`KF` is still to be written."),
+        Mark("kf-one", 0, 3, records.ERROR, "This check could not be run."),
+        Mark("q6", None, 3, records.OPEN),
+        Mark("q7", 1.5, 2.5, records.BY_HAND, "Well said."),
+    ]
+    result = Result(
+        "Zoë Müller", "7", "lab3", "a/lab3.ipynb", datetime(2026, 3, 2, 9, 5), True, ["One cell is missing."]
+    )
+    result.marks, result.figure, result.answers = marks, curve(), {"q6": "two\nlines", "q7": "  "}
+    page = feedback_page(result, CHECKS, TITLE, Drawer())
+    seen = sound(page)
+    for told in (
+        TITLE,
+        "Zoë Müller",
+        "3.5 of 14.5 points so far",
+        "1 written answer still to be read",
+        "One cell is missing.",
+        "2026-03-02 09:05",
+        "This was handed in late.",
+        "✓passed",
+        "✗not yet",
+        "–not run",
+        "!not graded",
+        "…to be read",
+        "✎by hand",
+        "Well said.",
+        "squared range",
+        "came xk_k",
+        "two lines",
+        "You gave no answer.",
+        "2 of 2",
+        "– of 3",
+        "1.5 of 2.5",
+        "hidden check",
+    ):
+        assert told in seen.text, told
+    order = [seen.text.index(check.title.replace("`", "")) for check in CHECKS]
+    assert order == sorted(order)
+    assert next(value for _, name, value in seen.attributes if name == "alt").startswith("What your code computed")
+
+
+def test_what_could_not_be_graded_says_what_to_do():
+    result = Result("Ada", problem="The file is not a notebook.")
+    seen = sound(feedback_page(result, CHECKS, TITLE))
+    assert "The file is not a notebook." in seen.text and "What to do" in seen.text and "Question" not in seen.text
+
+
+def test_nothing_leaks_of_hidden_checks_and_of_rubrics():
+    shown = Mark("kf-map", 0, 4, records.FAILED, "It fails on another map.", ("SECRET-LINE",), "SECRET-MISTAKE")
+    result = Result("Ada", marks=[shown], answers={"q6": "mine", "kf-map": "SECRET-ANSWER"})
+    page = feedback_page(result, CHECKS, TITLE)
+    assert "SECRET" not in page and "It fails on another map." in page
+
+
+def test_a_long_answer_is_cut_and_says_so():
+    result = Result("Ada", marks=[Mark("q6", None, 3, records.OPEN)], answers={"q6": "word " * 2000})
+    assert "(cut here: 5,000 more characters)" in sound(feedback_page(result, CHECKS, TITLE)).text

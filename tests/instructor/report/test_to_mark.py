@@ -1,0 +1,27 @@
+"""The page from which written answers are marked."""
+
+from labkit.instructor import records
+from labkit.instructor.records import Mark, Result
+from labkit.instructor.report.to_mark import to_mark_page
+
+from helpers.graded import CHECKS, TITLE, classroom, sound
+
+
+def test_the_same_answers_are_grouped_and_open_ones_come_first():
+    def student(name, answer, points=None):
+        status = records.OPEN if points is None else records.BY_HAND
+        return Result(name, lab="lab3", marks=[Mark("q6", points, 3, status)], answers={"q6": answer})
+
+    results = [student("Ada", "read", 2), student("Cem", " same\n"), student("Bo", "same"), student("Dee", "")]
+    page = to_mark_page(results, CHECKS, TITLE)
+    text = sound(page).text
+    assert "2 students gave this same answer." in text and "Ada (2)" in text and "No answer: Dee" in text
+    assert "3 answers, 3 still to be read" in text and "grades.csv" in text and "run the same command again" in text
+    assert text.index("Bo, Cem") < text.index("Ada (2)")
+    assert "$r \\sigma_\\beta$" in text and "SECRET-RUBRIC" in text and "Nobody has handed this in yet" in text
+    sound(to_mark_page([], CHECKS, TITLE))
+    assert "no written question" in to_mark_page(results, CHECKS[:3], TITLE)
+
+
+def test_a_large_class_fits_a_page():
+    sound(to_mark_page(classroom(1000), CHECKS, TITLE))
