@@ -6,7 +6,7 @@ they are found by names such as "legged.noise"; nothing else in checks or gradin
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -39,7 +39,7 @@ def _factor(rng):
 
 def frozen(numbers: Any, dtype: type = float) -> np.ndarray:
     """An array that is read-only, so that code which changes it raises at its own line."""
-    array = np.array(numbers, dtype=dtype)
+    array: np.ndarray = np.array(numbers, dtype=dtype)
     array.setflags(write=False)
     return array
 
@@ -57,6 +57,10 @@ def number_text(value: Any, digits: int = 4) -> str:
 def same() -> str:
     """The watch over an input that cannot be changed."""
     return ""
+
+
+def _stays(value):
+    raise TypeError("an input of this kind travels as the numbers that it is made of")
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,8 @@ class Kind:
     noise: Callable[[Any, str], str] = lambda stored, method: ""
     watch: Callable[[Any], Callable[[], str]] = lambda value: same
     cls: type | None = None
-    send: Callable[[Any], Any] = vars
-    receive: Callable[[Any], Any] = lambda data: NotImplemented
+    send: Callable[[Any], Any] = _stays
+    receive: Callable[[Any], Any] = _stays
 
 
 def point(cls: type[Landmark], *more: str) -> Kind:
@@ -141,7 +145,7 @@ def many(one: Kind, make: Callable = list, what: str = "list of landmarks", name
         lambda stored, rng: [one.vary(item, rng) for item in stored],
         tell,
         watch=watch,
-        cls=None if make in (list, tuple) else make,
+        cls=make if isinstance(make, type) and make not in (list, tuple) else None,
         send=list,
         receive=make,
     )
@@ -157,6 +161,13 @@ def fields(cls: type, *names: str, tell: Callable = repr, noise: Callable = Kind
         return {name: getattr(value, name) for name in names or vars(value)}
 
     return Kind(made, tell=tell, noise=noise, cls=cls, send=send, receive=made)
+
+
+def run(cls: type, *more: str) -> Kind:
+    """Logs of a class, which travel without what no filter may know: the truth, and how the run was made."""
+    known = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame", "Q", "R", *more)
+    kind = fields(cls, *known)
+    return replace(kind, receive=lambda data: cls(**{**data, "seen_id": np.asarray(data["seen_id"])}))
 
 
 def decode(stored: Any) -> tuple[Any, Callable[[], str]]:
@@ -199,7 +210,9 @@ def _kind(stored):
 
 def find(name: str) -> Kind:
     """The kind of that name, 'map' or 'legged.noise'. Raises KeyError if there is none."""
-    package, _, own = name.rpartition(".")
+    package, dot, own = name.rpartition(".")
+    if dot and not _has_kinds(package):
+        raise KeyError(f"there is no labkit/{package}/kinds.py")
     return _table(package)[own]
 
 
@@ -218,11 +231,11 @@ def of(cls: type) -> tuple[str, Kind] | None:
 
 @cache
 def _table(package):
-    """The kinds of a lab's package; of all labs, if it is ''. Nothing is imported but what can hold kinds."""
+    """The kinds of a lab's package, or of all labs, if it is ''."""
     if not package:
-        return KINDS
-    if not _has_kinds(package):
-        raise KeyError(f"there is no labkit/{package}/kinds.py")
+        from ..log import Log  # it needs this package's sentences, so it cannot be loaded first
+
+        return {**KINDS, "log": run(Log)}
     return import_module(f"labkit.{package}.kinds").KINDS
 
 

@@ -1,9 +1,9 @@
 """What lab 4's answers can be given: see `labkit.checks.kinds`."""
 
-from ..checks.kinds import LANDMARK, fields, many, point
+from ..checks.kinds import LANDMARK, fields, many, point, run
 from ..world import Map
 from .noise import Noise
-from .robot import Sighting
+from .robot import FieldLog, Sighting
 
 
 def _tell(stored):
@@ -20,4 +20,5 @@ KINDS = {
     "noise": fields(Noise, tell=_tell, noise=_used),
     "sightings": many(point(Sighting, "complete")),
     "sighting": point(Sighting, "complete"),
+    "log": run(FieldLog, "complete"),
 }

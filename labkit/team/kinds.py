@@ -4,6 +4,7 @@ import numpy as np
 
 from ..checks.kinds import Kind, fields, frozen, many, number_text
 from .hall import TeamNoise
+from .log import TeamLog
 
 
 def _read(stored):
@@ -19,4 +20,5 @@ def _tell(stored):
 KINDS = {
     "noise": fields(TeamNoise, tell=lambda stored: "noise"),
     "readings": many(Kind(_read, tell=_tell), tuple, first=99),
+    "log": fields(TeamLog, "logs", "ids"),
 }

@@ -41,7 +41,7 @@ class Channel:
     def ask(self, request, seconds):
         """The answer to a request. Raises WorkerLostError; then the worker is no use any more."""
         deadline = time.monotonic() + seconds
-        self._send(wire.pack(request), deadline)
+        self._send(wire.pack(request, objects=True), deadline)
         try:
             head = self._receive(8, deadline)
             text, raw = wire.sizes(head)

@@ -1,21 +1,21 @@
 """The only thing that passes between grader and worker: frames of plain data.
 
-A frame is a JSON text and, behind it, the raw numbers of its arrays; no pickle, no objects. What comes
-in is checked against the frame's own sizes before anything is made of it, so that garbage is just that.
+A frame is a JSON text and, behind it, the raw numbers of its arrays; no pickle. A request may also hold objects of
+the kinds in `labkit.checks.kinds`, made anew in the worker. An answer may not, so that nothing is made, and nothing
+imported, at a worker's word; it is checked against the frame's own sizes before its arrays are filled.
 """
 
 import json
 import struct
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from ...legged.noise import Noise
-from ...legged.robot import Sighting
-from ...team.hall import TeamNoise
-from ...world import Landmark, Map
+from ...checks import kinds
 
 LIMIT = 16_000_000  # bytes of one frame
 TYPES = ("<f8", "<i8", "|b1")
+DEEPEST = 20  # lists in lists
 _HEAD = struct.Struct(">II")
 
 
@@ -23,147 +23,123 @@ class FrameError(Exception):
     """A frame that is none."""
 
 
-def pack(message):
-    """The bytes of a frame; raises FrameError if `message` holds what is no data."""
-    blobs = []
-    text = json.dumps(_plain(message, blobs)).encode()
+def pack(message: Any, objects: bool = False) -> bytes:
+    """A frame. Raises FrameError if `message` holds what is no data; with `objects`, those of a kind may be in it."""
+    blobs: list[bytes] = []
+    text = json.dumps(_plain(message, blobs, objects)).encode()
     raw = b"".join(blobs)
     if len(text) + len(raw) > LIMIT:
         raise FrameError(f"more than {LIMIT // 10**6} MB came back")
     return _HEAD.pack(len(text), len(raw)) + text + raw
 
 
-def sizes(head):
-    """How many bytes follow a frame's first eight."""
+def sizes(head: bytes) -> tuple[int, int]:
+    """How many bytes of text and of raw numbers follow a frame's first eight. Raises FrameError for too many."""
     text, raw = _HEAD.unpack(head)
     if text + raw > LIMIT:
         raise FrameError(f"more than {LIMIT // 10**6} MB came back")
     return text, raw
 
 
-def unpack(text, raw):
-    """The message of a frame's two parts."""
+def unpack(text: bytes, raw: bytes, objects: bool = False) -> Any:
+    """The message of a frame's two parts. Raises FrameError, also for an object where none is expected."""
     try:
         stored = json.loads(text)
     except (ValueError, RecursionError):
         raise FrameError("no JSON came back") from None
-    used = [0]
-    message = _rebuilt(stored, raw, used, 0)
-    if used[0] != len(raw):
+    reader = _Reader(raw, objects)
+    message = reader.value(stored)
+    if reader.used != len(raw):
         raise FrameError("numbers are left over")
     return message
 
 
-def write(stream, message):
-    stream.write(pack(message))
-    stream.flush()
-
-
-def read(stream):
+def read(stream: BinaryIO, objects: bool = False) -> Any:
     """The next message of a blocking stream; None at its end."""
     head = stream.read(_HEAD.size)
     if len(head) < _HEAD.size:
         return None
     text, raw = sizes(head)
-    return unpack(stream.read(text), stream.read(raw))
+    return unpack(stream.read(text), stream.read(raw), objects)
 
 
-def _plain(value, blobs):
+def _plain(value, blobs, objects):
     if value is None or isinstance(value, bool | int | float | str):
         return value if not isinstance(value, np.generic) else value.item()
     if isinstance(value, np.generic):
-        return _plain(value.item(), blobs)
+        return _plain(value.item(), blobs, objects)
     if isinstance(value, np.ndarray):
-        if value.dtype.kind == "U":  # names of landmarks
-            return value.tolist()
-        kind = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "|b1"}.get(value.dtype.kind)
-        if kind is None:
-            raise FrameError(f"an array of {value.dtype} is no array of numbers")
-        blobs.append(np.ascontiguousarray(value, dtype=kind).tobytes())
-        return {"array": [kind, list(value.shape)]}
-    if isinstance(value, Noise):
-        return {"noise": [_plain(vars(value), blobs)]}
-    if isinstance(value, TeamNoise):
-        return {"team_noise": [_plain(vars(value), blobs)]}
-    if isinstance(value, Sighting):
-        return {
-            "sighting": [_plain(item, blobs) for item in (value.id, np.asarray(value.p, dtype=float), value.complete)]
-        }
-    if isinstance(value, Landmark):
-        return {"landmark": [_plain(value.id, blobs), _plain(np.asarray(value.p, dtype=float), blobs)]}
-    if isinstance(value, Map):
-        return {"map": [_plain(landmark, blobs) for landmark in value]}
+        return _plain_array(value, blobs)
+    if objects and (found := kinds.of(type(value))):
+        name, kind = found
+        return {"kind": [name, _plain(kind.send(value), blobs, objects)]}
     if isinstance(value, tuple):
-        return {"tuple": [_plain(item, blobs) for item in value]}
+        return {"tuple": [_plain(item, blobs, objects) for item in value]}
     if isinstance(value, list):
-        return [_plain(item, blobs) for item in value]
+        return [_plain(item, blobs, objects) for item in value]
     if isinstance(value, dict):
-        return {"dict": {str(name): _plain(item, blobs) for name, item in value.items()}}
+        return {"dict": {str(name): _plain(item, blobs, objects) for name, item in value.items()}}
     raise FrameError(f"an object of type {type(value).__name__} is no data")
 
 
-def _rebuilt(stored, raw, used, depth):
-    if depth > 20:
-        raise FrameError("it is nested too deeply")
-    if isinstance(stored, list):
-        return [_rebuilt(item, raw, used, depth + 1) for item in stored]
-    if isinstance(stored, str):
-        return stored.encode("utf-8", "replace").decode("utf-8")  # half an emoji is no text
-    if not isinstance(stored, dict):
-        return stored
-    if len(stored) != 1:
+def _plain_array(array, blobs):
+    if array.dtype.kind == "U":  # names of landmarks
+        return array.tolist()
+    dtype = {"f": "<f8", "i": "<i8", "u": "<i8", "b": "|b1"}.get(array.dtype.kind)
+    if dtype is None:
+        raise FrameError(f"an array of {array.dtype} is no array of numbers")
+    blobs.append(np.ascontiguousarray(array, dtype=dtype).tobytes())
+    return {"array": [dtype, list(array.shape)]}
+
+
+class _Reader:
+    """Makes the message of a frame again. raw: the numbers of its arrays, of which `used` bytes are read."""
+
+    def __init__(self, raw, objects):
+        self.raw, self.objects, self.used = raw, objects, 0
+
+    def value(self, stored, depth=0):
+        if depth > DEEPEST:
+            raise FrameError("it is nested too deeply")
+        if isinstance(stored, list):
+            return [self.value(item, depth + 1) for item in stored]
+        if isinstance(stored, str):
+            return stored.encode("utf-8", "replace").decode("utf-8")  # half an emoji is no text
+        if not isinstance(stored, dict):
+            return stored
+        form, content = next(iter(stored.items())) if len(stored) == 1 else ("", None)
+        if form == "dict" and isinstance(content, dict):
+            return {name: self.value(item, depth + 1) for name, item in content.items()}
+        if form == "array" and isinstance(content, list) and len(content) == 2:
+            return self.array(*content)
+        if form == "tuple" and isinstance(content, list):
+            return tuple(self.value(content, depth))
+        if form == "kind" and self.objects:
+            return self.object(content, depth)
         raise FrameError("an unknown kind of data came back")
-    ((kind, content),) = stored.items()
-    if kind == "dict" and isinstance(content, dict):
-        return {name: _rebuilt(item, raw, used, depth + 1) for name, item in content.items()}
-    if not isinstance(content, list):
-        raise FrameError("an unknown kind of data came back")
-    if kind == "array":
-        return _array(content, raw, used)
-    items = [_rebuilt(item, raw, used, depth + 1) for item in content]
-    if kind == "tuple":
-        return tuple(items)
-    if kind == "landmark" and len(items) == 2 and np.shape(items[1]) == (2,):
-        return Landmark._of(items[1], items[0])
-    if kind == "sighting" and len(items) == 3 and np.shape(items[1]) == (2,) and isinstance(items[2], bool):
-        return _sighting(items[1], items[0], items[2])
-    if kind in ("noise", "team_noise") and len(items) == 1 and isinstance(items[0], dict):
-        return _noise(items[0], Noise if kind == "noise" else TeamNoise)
-    if kind == "map" and all(isinstance(item, Landmark) for item in items):
-        return Map(items)
-    raise FrameError("an unknown kind of data came back")
 
+    def array(self, dtype, shape):
+        sound = (
+            dtype in TYPES
+            and isinstance(shape, list)
+            and len(shape) <= 8
+            and all(type(n) is int and 0 <= n <= LIMIT for n in shape)
+        )
+        if not sound:
+            raise FrameError("an array of an unknown kind came back")
+        count = 1
+        for n in shape:
+            count *= n
+        end = self.used + count * np.dtype(dtype).itemsize
+        if end > len(self.raw):
+            raise FrameError("an array came back without its numbers")
+        array = np.frombuffer(self.raw[self.used : end], dtype=dtype).reshape(shape).copy()
+        self.used = end
+        return array
 
-def _sighting(p, name, complete):
-    try:
-        return Sighting(p, name, complete)
-    except ValueError:
-        raise FrameError("a sighting without numbers came back") from None
-
-
-def _noise(fields, of=Noise):
-    try:
-        return of(**fields)
-    except (TypeError, ValueError):
-        raise FrameError("a noise that cannot be came back") from None
-
-
-def _array(content, raw, used):
-    kind, shape = content if len(content) == 2 else (None, None)
-    sound = (
-        kind in TYPES
-        and isinstance(shape, list)
-        and len(shape) <= 8
-        and all(type(n) is int and 0 <= n <= LIMIT for n in shape)
-    )
-    if not sound:
-        raise FrameError("an array of an unknown kind came back")
-    count = 1
-    for n in shape:
-        count *= n
-    end = used[0] + count * np.dtype(kind).itemsize
-    if end > len(raw):
-        raise FrameError("an array came back without its numbers")
-    array = np.frombuffer(raw[used[0] : end], dtype=kind).reshape(shape).copy()
-    used[0] = end
-    return array
+    def object(self, content, depth):
+        try:
+            name, data = self.value(content, depth)
+            return kinds.find(name).receive(data)
+        except Exception:  # a kind may raise anything for what it cannot be made of
+            raise FrameError("an object came that cannot be") from None

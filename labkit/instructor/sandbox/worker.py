@@ -31,7 +31,7 @@ def main(*packages):
         os.dup2(silent, fd)
     os.close(silent)
     worker = Worker()
-    while (request := wire.read(requests)) is not None:
+    while (request := wire.read(requests, objects=True)) is not None:
         try:
             answer = worker.answer(request)
         except BaseException as error:  # a student may raise anything

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from labkit import Landmark, Map, Robot, make_filter, random_map, replay, simulate
+from labkit import Robot, make_filter, random_map, replay, simulate
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
 from labkit.instructor.exam import paper
@@ -18,7 +18,7 @@ from labkit.instructor.exam.team import TeamExam
 from labkit.instructor.intake import submission
 from labkit.instructor.records import ERROR, PASSED
 from labkit.instructor.sandbox import launch as sandbox
-from labkit.instructor.sandbox import levels, proxy, wire
+from labkit.instructor.sandbox import levels, proxy
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
 
@@ -228,84 +228,6 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
             student.find("nothing")
     finally:
         student.end()
-
-
-DATA = [
-    None,
-    True,
-    3,
-    2.5,
-    float("inf"),
-    "text",
-    "half \ud83d",
-    [],
-    [1, [2.0, "x"]],
-    (1, (2, 3)),
-    {"a": {"b": [1]}},
-    np.eye(2),
-    np.arange(3),
-    np.array(2.5),
-    np.zeros((0, 2)),
-    np.array([True, False]),
-    Landmark((1, 2), "six"),
-    Map([Landmark((1, 2), 0), Landmark((3, 4), "b")]),
-    TeamNoise(walk=0.3),
-    [(1, 0, np.array([2.0, 0.1]))],
-]
-
-
-@pytest.mark.parametrize("value", DATA, ids=lambda value: type(value).__name__)
-def test_data_come_through_the_wire_as_they_are(value):
-    frame = wire.pack({"value": value})
-    text, raw = wire.sizes(frame[:8])
-    came = wire.unpack(frame[8 : 8 + text], frame[8 + text :])["value"]
-    if isinstance(value, np.ndarray):
-        assert came.dtype == value.dtype and came.shape == value.shape
-        np.testing.assert_array_equal(came, value)
-    elif isinstance(value, Landmark | Map) or value and isinstance(value, list):
-        assert type(came) is type(value) and repr(came) == repr(value)
-    else:
-        assert came == (value if value != "half \ud83d" else "half ?")
-
-
-@pytest.mark.parametrize(
-    "value", [object(), np.array([None]), np.array([1j]), {1, 2}, b"x", len], ids=lambda value: type(value).__name__
-)
-def test_what_is_no_data_does_not_go_out(value):
-    with pytest.raises(wire.FrameError):
-        wire.pack({"value": value})
-
-
-@pytest.mark.parametrize(
-    "text, raw",
-    [
-        (b"no json", b""),
-        (b"[" * 100_000, b""),
-        (b'{"array": ["<f8", [2]]}', b"12345678"),
-        (b'{"array": ["<f8", [-1]]}', b""),
-        (b'{"array": ["<f8", [1e9]]}', b""),
-        (b'{"array": ["<f8", [4000000000, 4000000000]]}', b""),
-        (b'{"array": ["|O8", [1]]}', b"12345678"),
-        (b'{"array": ["<f8", [true]]}', b"12345678"),
-        (b'{"array": 1}', b""),
-        (b'{"array": []}', b""),
-        (b'{"map": [1]}', b""),
-        (b'{"landmark": [0, [1]]}', b""),
-        (b'{"pickle": "x"}', b""),
-        (b'{"a": 1, "b": 2}', b""),
-        (b'{"dict": [1]}', b""),
-        (b"1", b"left over"),
-        (b'{"tuple": ' * 30 + b"[]" + b"}" * 30, b""),
-    ],
-)
-def test_garbage_on_the_wire_is_garbage(text, raw):
-    with pytest.raises(wire.FrameError):
-        wire.unpack(text, raw)
-
-
-def test_a_frame_that_says_it_is_too_large_is_refused():
-    with pytest.raises(wire.FrameError):
-        wire.sizes(b"\x7f\xff\xff\xff\x7f\xff\xff\xff")
 
 
 def test_nothing_of_a_student_lab_imports_grading():
