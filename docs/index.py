@@ -1,4 +1,4 @@
-"""The index at the end of docs/maintainers.md, from the code's own docstrings: `python docs/index.py` writes it anew."""
+"""The index at the end of docs/maintainers.md, from the code's own docstrings: `python docs/index.py` writes it."""
 
 import ast
 
