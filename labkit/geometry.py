@@ -47,18 +47,65 @@ def rotation(angle):
     return np.array([[c, -s], [s, c]])
 
 
-def moved(poses, u):
-    """Poses (..., 3) after the motions u (..., 3) [m, m, rad], each in its robot's own frame."""
-    c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    dx, dy, turn = np.moveaxis(np.asarray(u, dtype=float), -1, 0)
-    x, y = poses[..., 0] + c * dx - s * dy, poses[..., 1] + s * dx + c * dy
-    return np.stack([x, y, wrap(poses[..., 2] + turn)], axis=-1)
+def compose(pose: ArrayLike, motion: ArrayLike) -> Poses:
+    """Poses (..., 3) after motions (..., 3) [m, m, rad], each in the frame of the pose that it leaves.
+
+    Source: R. Smith, M. Self, P. Cheeseman, "Estimating uncertain spatial relationships in robotics" (1990), as are
+    `inverse` and `relative`.
+    """
+    pose, motion = np.asarray(pose, dtype=float), np.asarray(motion, dtype=float)
+    return _pose(pose[..., :2] + _turned(motion, pose[..., 2]), wrap(pose[..., 2] + motion[..., 2]))
 
 
-def backward(u):
-    """The motions (..., 3) that undo u (..., 3)."""
-    c, s = np.cos(u[..., 2]), np.sin(u[..., 2])
-    return np.stack([-c * u[..., 0] - s * u[..., 1], s * u[..., 0] - c * u[..., 1], -u[..., 2]], axis=-1)
+def inverse(motion: ArrayLike) -> Motion:
+    """The motions (..., 3) that undo these: composed with them, in either order, they lead nowhere."""
+    motion = np.asarray(motion, dtype=float)
+    return _pose(_turned(-motion, -motion[..., 2]), -motion[..., 2])
+
+
+def relative(pose: ArrayLike, base: ArrayLike) -> Poses:
+    """Poses (..., 3) in the frames of the poses `base` (..., 3): the motion from there to here."""
+    pose, base = np.asarray(pose, dtype=float), np.asarray(base, dtype=float)
+    return _pose(_turned(pose - base, -base[..., 2]), wrap(pose[..., 2] - base[..., 2]))
+
+
+def transform(what: ArrayLike, angle: Angle, shift: ArrayLike = 0.0) -> Array:
+    """Points (..., 2) or poses (..., 3) after a turn about the origin [rad] and then a shift (..., 2) [m]."""
+    what = np.asarray(what, dtype=float)
+    points = _turned(what, angle) + shift
+    return points if what.shape[-1] == 2 else _pose(points, wrap(what[..., 2] + angle))
+
+
+def align(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = None) -> tuple[float, Point]:
+    """The (angle [rad], shift (2,) [m]) whose `transform` lays points a (N, 2) on b (N, 2) with the least squares.
+
+    Rigid: no scale, no mirror; weights (N,), by default all alike.  Raises ValueError for fewer than two different
+    points.  Source: K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D point sets" (1987), in the plane.
+    """
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 2:
+        raise ValueError(f"a and b must have the same shape (N, 2), but have {a.shape} and {b.shape}")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise ValueError("a and b must be finite numbers, but one of them is not")
+    w = np.ones(len(a)) if weights is None else np.asarray(weights, dtype=float)
+    w = w / w.sum()
+    mean_a, mean_b = w @ a, w @ b
+    p, q = a - mean_a, b - mean_b
+    if len(a) < 2 or not min((p**2).sum(), (q**2).sum()) > 1e-12 * len(a):
+        raise ValueError("two different points are the least that can be laid on others")
+    angle = float(np.arctan2(w @ (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]), w @ (p * q).sum(axis=1)))
+    return angle, mean_b - transform(mean_a, angle)
+
+
+def _turned(points, angle):
+    """The x and y of points or poses (..., 2 or more), turned by angles [rad] about the origin: (..., 2)."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def _pose(points, angle):
+    return np.concatenate([points, np.asarray(angle)[..., None]], axis=-1)
 
 
 def ellipse(mean, cov, sigmas=3.0, points=60):

@@ -8,10 +8,16 @@ readers, and lines differ in style as well.
 import numpy as np
 
 from . import metrics
-from .geometry import ellipse
+from .geometry import Points, Pose, ellipse
 from .world import located, positions
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
+
+
+def arrow(pose: Pose, size: float = 0.35) -> Points:
+    """Outline (5, 2) [m] of an arrow head, `size` [m] long, that stands for a robot at a pose."""
+    outline = [size * np.array([1.0, 0.6, 0.25, 0.6, 1.0]), pose[2] + np.array([0.0, 2.6, np.pi, -2.6, 0.0])]
+    return located(pose[:2], np.stack(outline, axis=-1), "rb")
 
 
 def limits(log, margin=0.6):

@@ -39,9 +39,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from labkit import check, make_filter, metrics, mrclam, progress, replay, wrap
+from labkit.geometry import compose
 from labkit.legged import FIELD, PRESETS, FuzzyGrid, Hybrid, LeggedRobot, Memory, Noise
 from labkit.legged import ParticleFilter, Triangulation
-from labkit.legged import explore, moved, play, race, ring, show_beliefs, show_walk, table
+from labkit.legged import explore, play, race, ring, show_beliefs, show_walk, table
 from labkit.legged.plots import plot_experiment, plot_race
 
 # %% [markdown]
@@ -731,12 +732,12 @@ plt.show()
 # surprised it are not lost: together they say where the robot is. So keep the last ten of them (the kit's `Memory` does, for next to nothing), and when you are lost, look for the pose that explains them.
 #
 # `restart(past)` gets, for n remembered sightings: `past.places` (n, 2) of the landmarks, `past.seen` (n, 2) range and bearing, `past.sigma` (n, 2) their standard deviations, `past.since` (n, 3) the motion from
-# that sighting to now, and `past.before` (n, 3) the motion back. It returns `(x0, P0)`, or `None` as long as it is not sure. The kit gives you `ring(place, r, bearing, directions)`, the poses (k, 3) from which a landmark is seen so, and `moved(poses, u)`.
+# that sighting to now, and `past.before` (n, 3) the motion back. It returns `(x0, P0)`, or `None` as long as it is not sure. The kit gives you `ring(place, r, bearing, directions)`, the poses (k, 3) from which a landmark is seen so, and `compose(poses, u)`, the poses after the motions u.
 #
 # ### Exercise 8 · `restart(past)`
 # One recipe:
-# 1. *Candidates:* poses on the rings of the last four sightings, moved to now. For sighting i and an array of directions (of the robot as seen from the landmark) that is `moved(ring(past.places[i], *past.seen[i], directions), past.since[i])`.
-# 2. *Cost* of a candidate: where would it have been at each sighting (`moved(pose, past.before)`), and how many σ is what was seen then off? The sum of min(d², 13.8), so that a lie costs no more than that.
+# 1. *Candidates:* poses on the rings of the last four sightings, moved to now. For sighting i and an array of directions (of the robot as seen from the landmark) that is `compose(ring(past.places[i], *past.seen[i], directions), past.since[i])`.
+# 2. *Cost* of a candidate: where would it have been at each sighting (`compose(pose, past.before)`), and how many σ is what was seen then off? The sum of min(d², 13.8), so that a lie costs no more than that.
 # 3. *Draw* 200 of them anew, with weights exp(−cost/2), flattened in the first rounds; jitter them, by 30 cm and 0.3 rad at first, by half of that in the next round, and so on, four rounds in all.
 # 4. The weighted mean and covariance of the last round are x0 and P0. Return them if at least four sightings, and most of them, fit (d² < 9), and if P0 is narrow. The kit takes over only from a P0 with σ below a metre.
 #
@@ -744,7 +745,7 @@ plt.show()
 #
 # <details><summary>Hint</summary>
 #
-# All candidates and all sightings at once: with `many = poses[:, None]`, which has the shape (candidates, 1, 3), `moved(many, past.before)` has the shape (candidates, sightings, 3).
+# All candidates and all sightings at once: with `many = poses[:, None]`, which has the shape (candidates, 1, 3), `compose(many, past.before)` has the shape (candidates, sightings, 3).
 # </details>
 
 
@@ -758,13 +759,13 @@ def restart(past, rounds=4, n=200):
     around = np.linspace(-np.pi, np.pi, 48, endpoint=False)
     latest = list(zip(past.places, past.seen, past.since))[-4:]
     poses = np.vstack(
-        [moved(ring(place, *seen, around), since) for place, seen, since in latest]
+        [compose(ring(place, *seen, around), since) for place, seen, since in latest]
     )
     poses = poses[(np.abs(poses[:, :2]) < FIELD.half).all(axis=1)]
     if not len(poses):
         return None
     for k in range(rounds):
-        then = moved(
+        then = compose(
             poses[:, None], past.before
         )  # where each of these would have been at each sighting
         dx, dy = np.moveaxis(past.places - then[..., :2], -1, 0)

@@ -39,10 +39,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from labkit import check, mrclam, progress, wrap
-from labkit.geometry import moved
-from labkit.team import TeamNoise, by_alignment, dead_reckoned, delayed, frame_errors, laid
+from labkit.geometry import compose, relative, transform
+from labkit.team import TeamNoise, by_alignment, dead_reckoned, delayed, frame_errors
 from labkit.team import explore, later, nees, of_logs, play, relative_nees, replay
-from labkit.team import scenarios, seen_from
+from labkit.team import scenarios
 from labkit.team.bound import least_squares
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.formation import CROSSING, WAY, run, triangle
@@ -174,7 +174,7 @@ off = {"two circles": [], "alignment": []}
 for seed in range(30):
     one = scenarios.cross(rng=seed)
     for i in (1, 2):
-        due = seen_from(one.truth[0, 0], one.truth[0, i])
+        due = relative(one.truth[0, i], one.truth[0, 0])
         track, r, bearing = first_metres(one, i)
         for name, pose in (
             ("two circles", by_circles(track, r, bearing)),
@@ -428,7 +428,7 @@ def own_start(log, metres=3.3):
     way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
     now = int(np.sum(way < metres))
     found = [by_alignment(*first_metres(log, i, metres))[0] for i in range(1, log.n)]
-    x0 = np.array([np.zeros(3), *(seen_from(track[now], pose) for pose in found)])
+    x0 = np.array([np.zeros(3), *(relative(pose, track[now]) for pose in found)])
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6
     return GroupEKF(x0, np.diag(sigma.ravel() ** 2), noise), later(log, now)
@@ -525,7 +525,7 @@ explore(started)
 # %%
 log = scenarios.rectangle(rng=3)
 x, P = replay(started(log, 3), log)
-turned = laid(x, np.deg2rad(4), np.zeros(2))
+turned = transform(x, np.deg2rad(4))
 errors, of_turned = frame_errors(x, log.truth), frame_errors(turned, log.truth)
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
 draw_paths(axes[0], log.truth, turned, "figure 5: the same estimate, turned by 4°")
@@ -910,7 +910,7 @@ def cost(n):
             kf = KF(x0, 0.01 * np.eye(3 * n), noise, gate=np.inf)
             took[-1] = milliseconds(5, lambda: kf.predict(u), lambda: kf.update(seen))
     P = np.tile(0.01 * np.eye(3), (n - 1, 1, 1))
-    kf = PairFilters(seen_from(x0[1:], x0[:1]), P, noise, gate=np.inf)
+    kf = PairFilters(relative(x0[:1], x0[1:]), P, noise, gate=np.inf)
     who = np.arange(n - 1)
     took.append(milliseconds(20, lambda: kf.predict(u[0], u[1:]), lambda: kf.update(who, z)))
     return took
@@ -1001,7 +1001,7 @@ class Patient:
         """(n, 3) the filter's poses of `delay` steps ago, brought up to now by odometry."""
         poses = self.kf.x
         for u in self.waiting:
-            poses = moved(poses, u)
+            poses = compose(poses, u)
         return poses
 
     P = property(lambda self: self.kf.P)
@@ -1047,11 +1047,11 @@ wheels = TeamNoise(walk=0.05, side=0.015, turn=0.12, range=0.3, bearing=0.045, l
 P0 = np.diag(np.tile([0.1, 0.1, 0.05], real.n) ** 2)
 
 
-def relative(x):
+def relative_rms(x):
     """Root mean square [m] of where the robots are in each other's frames."""
     pairs = [(i, j) for i in range(real.n) for j in range(real.n) if i != j]
     off = [
-        seen_from(x[:, i], x[:, j]) - seen_from(real.truth[:, i], real.truth[:, j])
+        relative(x[:, j], x[:, i]) - relative(real.truth[:, j], real.truth[:, i])
         for i, j in pairs
     ]
     return np.sqrt(np.nanmean([(e[:, :2] ** 2).sum(axis=1) for e in off]))
@@ -1059,7 +1059,7 @@ def relative(x):
 
 readings = sum(len(log.seen) for log in real.logs)
 print(f"five robots: {readings} readings in {real.times[-1] - real.times[0]:.0f} s")
-print(f"odometry alone: {relative(dead_reckoned(real)):.2f} m")
+print(f"odometry alone: {relative_rms(dead_reckoned(real)):.2f} m")
 for name, log, noise_told, inflate in (
     ("per second", real, PerSecond(range=0.3, bearing=0.045, lateral=0), 1.0),
     ("per metre and turn", real, wheels, 2.0),
@@ -1068,7 +1068,9 @@ for name, log, noise_told, inflate in (
 ):
     x, P = replay(GroupEKF(real.truth[0], P0, noise_told, inflate=inflate), log)
     honest = relative_nees(x, P, real.truth)
-    print(f"{name:18s} {relative(x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)")
+    print(
+        f"{name:18s} {relative_rms(x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)"
+    )
 
 # %% [markdown]
 # The first is too modest: in most seconds nothing slips. A filter that believes every reading is too sure, for it counts one error seven times; its innovations would not tell, since those readings agree with each other so well. And what is wrong in the same way all the time, a larger noise only admits: accuracy comes from telling the filter what wheels really do.
@@ -1125,7 +1127,7 @@ class InvariantEKF(GroupEKF):
             noisy.append(
                 self.inflate * into @ np.diag(np.square(self.noise.of_step(ui))) @ into.T
             )
-        self.x = moved(self.x, u)
+        self.x = compose(self.x, u)
         to_xi = np.linalg.inv(self.frame())
         self.P_xi = self.P_xi + to_xi @ block_diag(*noisy) @ to_xi.T
         ### END SOLUTION

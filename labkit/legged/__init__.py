@@ -6,7 +6,6 @@ de Kalman para robots con patas" (called "the paper" here), and the works that i
 
 from importlib import import_module
 
-from ..geometry import moved
 from .field import FIELD, Field
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
@@ -37,7 +36,6 @@ __all__ = [
     "Remembered",
     "Sighting",
     "Triangulation",
-    "moved",
     "race",
     "ring",
     "table",

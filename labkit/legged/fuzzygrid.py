@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry import moved
+from ..geometry import compose, transform
 from .field import FIELD
 from .inputs import as_motion, is_number, known
 from .noise import as_noise
@@ -52,14 +52,12 @@ class FuzzyGrid:
         self.c, self.s = np.minimum(self.c + more, np.pi), np.minimum(self.s + 2 * more, np.pi)
         # A step is much shorter than a cell: it is kept, in the frame of the robot as it now stands, until a
         # whole cell has come together. Shifting at every step would smear the grid.
-        cos, sin = np.cos(turn), np.sin(turn)
-        x, y = self._walk + u[:2]
-        self._walk = np.array([cos * x + sin * y, cos * y - sin * x])
+        self._walk = transform(self._walk + u[:2], -turn)
         if np.hypot(*self._walk) >= self.cell:
             self._dilate()
             self._shift(self._walk)
             self._walk = np.zeros(2)
-        self.xk_k = moved(self.xk_k, u)  # as the cells will, once a whole cell has come together
+        self.xk_k = compose(self.xk_k, u)  # as the cells will, once a whole cell has come together
         # Until the next sighting the cells do not tell how far odometry has led astray; this does.
         self.Pk_k = self.Pk_k + self.noise.astray(u, self.Pk_k[2, 2])
 
@@ -109,9 +107,8 @@ class FuzzyGrid:
 
     def _shift(self, walk):
         """Move what is in each cell by `walk` (2,) [m] along its own heading, into another cell."""
-        cos, sin = np.cos(self.theta), np.sin(self.theta)
-        self.px = self.px + cos * walk[0] - sin * walk[1]
-        self.py = self.py + sin * walk[0] + cos * walk[1]
+        dx, dy = np.moveaxis(transform(walk, self.theta), -1, 0)
+        self.px, self.py = self.px + dx, self.py + dy
         column, row = (np.rint((p - ax[0]) / self.cell).astype(int) for p, ax in ((self.px, self.x), (self.py, self.y)))
         ny, nx = self.h.shape
         inside = (row >= 0) & (row < ny) & (column >= 0) & (column < nx)
@@ -135,9 +132,7 @@ class FuzzyGrid:
         off = np.stack([x - mean[0], y - mean[1], near(theta - heading)])
         P = (w * off) @ off.T + np.diag([self.cell**2 / 12, self.cell**2 / 12, 0.0])
         P[2, 2] += float(w @ self.c[row, column]) ** 2 / 3 + 1e-6
-        ahead = np.array([np.cos(heading), np.sin(heading)])
-        across = np.array([-ahead[1], ahead[0]])
-        mean[:2] += ahead * self._walk[0] + across * self._walk[1]
+        mean[:2] += transform(self._walk, heading)
         box = np.array([np.ptp(x), np.ptp(y)]) + self.cell
         self.size = float(box.max())
         if best is not None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..geometry import compose
 from .inputs import as_count, as_motion, is_number, known
 
 
@@ -49,9 +50,7 @@ class Hybrid:
             return
         self.quick.predict(u)
         if self.background:
-            c, s = np.cos(self._odometry[2]), np.sin(self._odometry[2])
-            ahead = np.array([c * u[0] - s * u[1], s * u[0] + c * u[1], u[2]])
-            self._odometry = self._odometry + ahead
+            self._odometry = compose(self._odometry, u)
 
     def update(self, y):
         if self.quick is None:

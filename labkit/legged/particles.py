@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..geometry import moved, wrap
+from ..geometry import compose, wrap
+from ..particles import resampled, weighted
 from .field import FIELD
 from .inputs import as_count, as_motion, known
 from .noise import as_noise
@@ -52,8 +53,8 @@ class ParticleFilter:
         noise, u = self.noise, np.asarray(as_motion(u))
         sigma = noise.odometry * abs(u) + [noise.slip, noise.slip, noise.spin]
         sigma = np.maximum(sigma, [0.004, 0.004, 0.01])
-        self.particles = moved(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
-        self.xk_k = moved(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
+        self.particles = compose(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
+        self.xk_k = compose(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
         self.Pk_k = self.Pk_k + noise.astray(u, self.Pk_k[2, 2])
 
     def update(self, y):
@@ -81,9 +82,7 @@ class ParticleFilter:
         return np.exp(-d2 / 2) + OUTLIER / 10
 
     def _resample(self, y):
-        start = self.rng.random() / self.n
-        which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.n) / self.n)
-        self.particles = self.particles[np.minimum(which, self.n - 1)]
+        self.particles = self.particles[resampled(self.w, self.rng)]
         self.w = np.full(self.n, 1 / self.n)
         anew = int(self.n * max(0.0, 1 - DOUBT * self.fast / self.slow))
         if anew:
@@ -98,9 +97,5 @@ class ParticleFilter:
             self.particles[part] = ring(self.map[sighting.id], r, bearing, self.rng.uniform(-np.pi, np.pi, n))
 
     def _locate(self):
-        x, y, theta = self.particles.T
-        w = self.w
-        heading = np.arctan2(w @ np.sin(theta), w @ np.cos(theta))
-        mean = np.array([w @ x, w @ y, heading])
-        off = np.stack([x - mean[0], y - mean[1], wrap(theta - heading)])
-        self.xk_k, self.Pk_k = mean, (w * off) @ off.T + 1e-9 * np.eye(3)
+        self.xk_k, P = weighted(self.particles, self.w)
+        self.Pk_k = P + 1e-9 * np.eye(3)

@@ -8,7 +8,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from .. import metrics
 from ..geometry import ellipse
 from ..log import replay
-from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
+from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow
 from .field import BEACONS, FIELD, GOALS
 
 YELLOW, SKY, PINK = "#F0C808", "#2E86DE", "#E377C2"
@@ -165,12 +165,12 @@ class BeliefPanel:
         self.image.set_data(np.ma.masked_less(grid.h, 0.05) if grid is not None else np.ma.masked_all((2, 2)))
         self.wedges.set_verts(_wedges(grid, self.CELLS) if grid is not None else [])
         self.dots.set_data(*(particles[:, :2].T if particles is not None else ([], [])))
-        self.mean.set_data(*_arrow(belief["x"]).T)
+        self.mean.set_data(*arrow(belief["x"], 0.28).T)
         wide = belief["P"][:2, :2].trace() > 1.5
         self.ellipse.set_data(*([], []) if wide else ellipse(belief["x"][:2], belief["P"][:2, :2]).T)
         if log is not None:
             pose = log.truth[k]
-            self.robot.set_data(*_arrow(pose).T)
+            self.robot.set_data(*arrow(pose, 0.28).T)
             path = _broken(log.truth[: k + 1, :2], [s for s in log.kidnapped if s < k])
             self.trail.set_data(*path.T)
             if k:
@@ -203,14 +203,6 @@ def _wedges(grid, most, size=0.24):
     base = np.stack([grid.px.flat[best], grid.py.flat[best]], axis=-1)
     sides = [base + size * np.stack([np.cos(a), np.sin(a)], axis=-1) for a in (theta - spread, theta + spread)]
     return np.stack([base, *sides], axis=1)
-
-
-def _arrow(pose, size=0.28):
-    """A small arrow head (5, 2) at a pose."""
-    x, y, theta = pose
-    angle = theta + np.array([0.0, 2.6, np.pi, -2.6, 0.0])
-    reach = size * np.array([1.0, 0.6, 0.25, 0.6, 1.0])
-    return np.column_stack([x + reach * np.cos(angle), y + reach * np.sin(angle)])
 
 
 def _view(pose, pan, reach=1.2):
@@ -316,7 +308,7 @@ def show_walk(log, history=None, title=""):
         ax.plot(*_broken(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
         for k in range(0, len(log) + 1, 20):
             ax.plot(
-                *_arrow(log.truth[k], 0.18).T,
+                *arrow(log.truth[k], 0.18).T,
                 "-",
                 color=VERMILION,
                 lw=1.2,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks.feedback import FilterError, explain
-from ..geometry import as_covariance, backward, moved, wrap
+from ..geometry import as_covariance, compose, inverse, relative, wrap
 from .field import FIELD
 from .inputs import as_count, as_motion, known
 from .noise import as_noise
@@ -57,7 +57,7 @@ class Memory:
         self._now, self._seen, self._answer, self._fresh = np.zeros(3), [], None, True
 
     def predict(self, u):
-        self._now = moved(self._now, as_motion(u))  # in the frame of where the memory begins
+        self._now = compose(self._now, as_motion(u))  # in the frame of where the memory begins
         self._fresh = False
 
     def update(self, y):
@@ -74,8 +74,8 @@ class Memory:
         of_range = np.array([noise.of_range(s) for s in sightings])
         bearing = np.array([noise.bearing if s.complete else noise.bearing_partial for s in sightings])
         sigma = np.column_stack([of_range * seen[:, 0] + noise.range_floor, bearing]) + 1e-6
-        since = moved(backward(then), self._now)
-        return Remembered(places, seen, sigma, since, backward(since))
+        since = relative(self._now, then)
+        return Remembered(places, seen, sigma, since, inverse(since))
 
     def _ask(self):
         if not self._fresh:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import transform, wrap
 from ..log import Log
 from ..world import Landmark
 from .field import FIELD, is_goal
@@ -144,8 +144,7 @@ class LeggedRobot:
             step = away / max(distance, 1e-9) * (0.0 if rest else min(SPEED * DT, distance))
             facing = np.arctan2(*(ball - pose[:2])[::-1])
             turn = np.clip(wrap(facing - pose[2]), -TURN * DT, TURN * DT)
-            c, s = np.cos(pose[2]), np.sin(pose[2])
-            moves.append([c * step[0] + s * step[1], c * step[1] - s * step[0], turn])
+            moves.append([*transform(step, -pose[2]), turn])
             pose = np.array([*(pose[:2] + step), wrap(pose[2] + turn)])
             truth.append(pose)
         return np.array(truth), np.array(moves)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry import moved
+from ..geometry import align, compose, transform
 from .field import FIELD
 from .inputs import as_motion, known
 
@@ -13,9 +13,7 @@ class Triangulation:
     """A localizer with `predict(u)`, `update(y)`, `xk_k` (3,), `Pk_k` (3, 3).
 
     Keeps where each landmark was last seen, in the robot's frame, and carries that along by odometry. With two
-    or more landmarks their places and those of the map are laid on one another by a turn and a shift, the one
-    with the least squares of the distances (K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D
-    point sets", 1987, here in the plane).
+    or more landmarks their places and those of the map are laid on one another: see `labkit.geometry.align`.
     """
 
     def __init__(self, noise=None, field=FIELD):
@@ -25,14 +23,12 @@ class Triangulation:
 
     def predict(self, u):
         u = np.asarray(as_motion(u))
-        cos, sin = np.cos(u[2]), np.sin(u[2])
         self.seen = {
-            name: [np.array([cos * q[0] + sin * q[1], cos * q[1] - sin * q[0]]), age + 1, weight]
+            name: [transform(p - u[:2], -u[2]), age + 1, weight]
             for name, (p, age, weight) in self.seen.items()
-            for q in [p - u[:2]]
             if age < OLD
         }
-        self.xk_k = moved(self.xk_k, u)
+        self.xk_k = compose(self.xk_k, u)
         self.Pk_k = self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2  # without a fit it knows less with every step
 
     def update(self, y):
@@ -48,11 +44,8 @@ class Triangulation:
         m = np.array([self.map[name] for name in self.seen])
         w = np.array([weight for _, _, weight in self.seen.values()])
         w = w / w.sum()
-        a, b = p - w @ p, m - w @ m
-        theta = np.arctan2(w @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), w @ (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]))
-        c, s = np.cos(theta), np.sin(theta)
-        turn = np.array([[c, -s], [s, c]])
-        left = b - a @ turn.T
-        self.xk_k = np.array([*(w @ m - turn @ (w @ p)), theta])
+        theta, shift = align(p, m, w)
+        left = m - transform(p, theta, shift)
+        self.xk_k = np.array([*shift, theta])
         spread = 0.1**2 + float(w @ (left**2).sum(axis=1))
-        self.Pk_k = np.diag([spread, spread, spread / max(float(w @ (a**2).sum(axis=1)), 0.01)])
+        self.Pk_k = np.diag([spread, spread, spread / max(float(w @ ((p - w @ p) ** 2).sum(axis=1)), 0.01)])

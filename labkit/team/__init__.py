@@ -6,7 +6,7 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 
 from importlib import import_module
 
-from .frame import align, frame_errors, laid, nees, relative_nees, seen_from
+from .frame import frame_errors, nees, relative_nees
 from .hall import Route, Team, TeamNoise
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
 from .run import FrameWarning, replay
@@ -21,19 +21,16 @@ __all__ = [
     "Team",
     "TeamLog",
     "TeamNoise",
-    "align",
     "by_alignment",
     "dead_reckoned",
     "delayed",
     "frame_errors",
-    "laid",
     "later",
     "nees",
     "of_logs",
     "relative_nees",
     "replay",
     *_LAZY,
-    "seen_from",
 ]
 
 

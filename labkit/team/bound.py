@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import compose, relative, wrap
 
 
 def least_squares(log, x0, P0, noise, believe=None, rounds=8):
@@ -44,11 +44,9 @@ def least_squares(log, x0, P0, noise, believe=None, rounds=8):
 
 
 def _chain(x0, u):
-    from ..geometry import moved
-
     x = [x0]
     for one in u:
-        x.append(moved(x[-1], one))
+        x.append(compose(x[-1], one))
     return np.array(x)
 
 
@@ -63,15 +61,13 @@ def _system(x, x0, root, u, sigma, readings, noise):
     blocks = [(np.repeat(rows, 3 * n), np.tile(number[0].ravel(), 3 * n), root)]
     # Odometry: the motion between two poses, in the frame of the first, less what was reported.
     c, s = np.cos(x[:-1, :, 2]), np.sin(x[:-1, :, 2])
-    dx, dy = np.moveaxis(x[1:, :, :2] - x[:-1, :, :2], -1, 0)
-    misfit = np.stack(
-        [c * dx + s * dy - u[..., 0], c * dy - s * dx - u[..., 1], wrap(x[1:, :, 2] - x[:-1, :, 2] - u[..., 2])],
-        axis=-1,
-    )
+    came = relative(x[1:], x[:-1])
+    misfit = came - u
+    misfit[..., 2] = wrap(misfit[..., 2])
     turn = np.zeros((N, n, 3, 3))
     turn[..., 0, 0], turn[..., 0, 1], turn[..., 1, 0], turn[..., 1, 1], turn[..., 2, 2] = c, s, -s, c, 1
     back = -turn
-    back[..., 0, 2], back[..., 1, 2] = c * dy - s * dx, -c * dx - s * dy
+    back[..., 0, 2], back[..., 1, 2] = came[..., 1], -came[..., 0]
     at = len(residual[0]) + np.arange(3 * n * N).reshape(N, n, 3)
     for derivative, which in ((turn, number[1:]), (back, number[:-1])):
         rows = np.broadcast_to(at[..., None], (N, n, 3, 3))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import transform, wrap
 from .hall import DT, TURN, Team
 from .log import TeamLog, recorded
 
@@ -77,8 +77,7 @@ def _after(error):
 
 def slots(leader, heading, offsets=SLOTS):
     """Where the followers should be (n, 2) [m], for a leader at (2,) and the formation's heading [rad]."""
-    c, s = np.cos(heading), np.sin(heading)
-    return leader[:2] + offsets @ np.array([[c, s], [-s, c]])
+    return transform(offsets, heading, leader[:2])
 
 
 def run(team, estimator, force, way, steps=900, name="a triangle"):

@@ -1,51 +1,10 @@
-"""Frames that nobody fixed: laying one set of points on another, and errors that do not depend on the frame."""
+"""Frames that nobody fixed: errors of a team that do not depend on the frame, and how honest they are."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import wrap
-
-
-def align(a, b):
-    """The turn and shift that lays points a (N, 2) on b (N, 2) with the least squares: (angle [rad], shift (2,) [m]).
-
-    Rigid: no scale, no mirror.  b is about rotation(angle) @ a + shift.  Raises ValueError for fewer than two
-    different points.  Source: K. Arun, T. Huang, S. Blostein, "Least-squares fitting of two 3-D point sets" (1987),
-    in the plane.
-    """
-    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
-    if a.shape != b.shape or a.ndim != 2 or a.shape[1] != 2:
-        raise ValueError(f"a and b must have the same shape (N, 2), but have {a.shape} and {b.shape}")
-    if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise ValueError("a and b must be finite numbers, but one of them is not")
-    p, q = (points - points.mean(axis=0) if len(points) else points for points in (a, b))
-    if len(a) < 2 or not min((p**2).sum(), (q**2).sum()) > 1e-12 * len(a):
-        raise ValueError("two different points are the least that can be laid on others")
-    mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    angle = np.arctan2(np.sum(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]), np.sum(p * q))
-    return float(angle), mean_b - _turned(mean_a, angle)
-
-
-def laid(poses, angle, shift):
-    """Poses (..., 3), or points (..., 2), after a turn and a shift."""
-    poses = np.asarray(poses, dtype=float)
-    points = _turned(poses[..., :2], angle) + shift
-    return points if poses.shape[-1] == 2 else np.concatenate([points, wrap(poses[..., 2:] + angle)], axis=-1)
-
-
-def _turned(points, angle):
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = points[..., 0], points[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
-
-
-def seen_from(observer, target):
-    """Poses of targets (..., 3) in the frames of observers (..., 3): what an error of the common frame cannot touch."""
-    d = target[..., :2] - observer[..., :2]
-    c, s = np.cos(observer[..., 2]), np.sin(observer[..., 2])
-    x, y = c * d[..., 0] + s * d[..., 1], c * d[..., 1] - s * d[..., 0]
-    return np.stack([x, y, wrap(target[..., 2] - observer[..., 2])], axis=-1)
+from ..geometry import align, relative, transform, wrap
 
 
 @dataclass(frozen=True)
@@ -70,10 +29,10 @@ def frame_errors(poses, truth, who=0):
     known = np.isfinite(truth[..., :2]).all(axis=-1)
     angle, shift = align(poses[known][:, :2], truth[known][:, :2])
     others = [i for i in range(poses.shape[1]) if i != who]
-    mine, due = (seen_from(p[:, others], p[:, [who]])[..., :2] for p in (poses, truth))
+    mine, due = (relative(p[:, [who]], p[:, others])[..., :2] for p in (poses, truth))
     return FrameErrors(
         np.linalg.norm((poses - truth)[:, who, :2], axis=1),
-        np.linalg.norm(laid(poses, angle, shift)[:, who, :2] - truth[:, who, :2], axis=1),
+        np.linalg.norm(transform(poses, angle, shift)[:, who, :2] - truth[:, who, :2], axis=1),
         np.linalg.norm(mine - due, axis=2).mean(axis=1),
         angle,
     )
@@ -107,8 +66,8 @@ def relative_nees(poses, covariances, truth):
         for j in range(n):
             if i == j:
                 continue
-            there = seen_from(poses[:, i], poses[:, j])
-            e = (there - seen_from(truth[:, i], truth[:, j]))[:, :2]
+            there = relative(poses[:, j], poses[:, i])
+            e = (there - relative(truth[:, j], truth[:, i]))[:, :2]
             c, s = np.cos(poses[:, i, 2]), np.sin(poses[:, i, 2])
             J = np.zeros((len(poses), 2, 6))  # by the pose of i, then of j
             J[:, 0, 0], J[:, 0, 1], J[:, 1, 0], J[:, 1, 1] = -c, -s, s, -c

@@ -5,7 +5,7 @@ from numbers import Real
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import compose, wrap
 from .log import recorded
 
 DT = 0.2  # [s] the scanners turn five times a second
@@ -96,9 +96,7 @@ class Team:
         """One step with commands (n, 2), forward velocity [m/s] and turn rate [rad/s]; the odometry (n, 3) of it."""
         way, turned = (np.asarray(commands, dtype=float) * DT).T
         u = np.stack([way * np.cos(turned / 2), way * np.sin(turned / 2), turned], axis=-1)
-        c, s = np.cos(self.poses[:, 2]), np.sin(self.poses[:, 2])
-        x, y = self.poses[:, 0] + c * u[:, 0] - s * u[:, 1], self.poses[:, 1] + s * u[:, 0] + c * u[:, 1]
-        self.poses = np.stack([x, y, wrap(self.poses[:, 2] + turned)], axis=-1)
+        self.poses = compose(self.poses, u)
         self.step += 1
         scale, turn_scale, drift = self.bias.T
         told = u * np.stack([1 + scale, 1 + scale, 1 + turn_scale], axis=-1)

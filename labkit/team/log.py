@@ -5,7 +5,7 @@ from numbers import Integral, Real
 
 import numpy as np
 
-from ..geometry import moved
+from ..geometry import compose
 from ..log import Log
 from ..world import Map
 
@@ -83,7 +83,7 @@ def dead_reckoned(log, start=None):
     """Poses (N+1, n, 3) by odometry alone, from the poses `start` (n, 3), by default the true ones."""
     poses = [np.array(log.truth[0] if start is None else start, dtype=float)]
     for u in log.odometry:
-        poses.append(moved(poses[-1], u))
+        poses.append(compose(poses[-1], u))
     return np.array(poses)
 
 

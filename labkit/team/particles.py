@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..geometry import root, wrap
+from ..geometry import compose, root, wrap
+from ..particles import resampled, weighted
 
 GATE = 13.8  # as a joint filter's
 
@@ -33,11 +34,14 @@ class TeamParticles:
         u = np.asarray(u, dtype=float)
         sigma = np.sqrt(self.inflate) * self.noise.of_step(u)
         moves = u[0] + sigma[0] * self.rng.standard_normal((self.m, 3))
-        self.particles, _ = _moved(self.particles, moves)
+        self.particles = compose(self.particles, moves)
         if (u[1:] != 0).any():
-            self.observers, F = _moved(self.observers, np.broadcast_to(u[1:], self.observers.shape))
-            W = np.zeros_like(F)
-            c, s = np.cos(self.observers[..., 2] - u[1:, 2]), np.sin(self.observers[..., 2] - u[1:, 2])
+            c, s = np.cos(self.observers[..., 2]), np.sin(self.observers[..., 2])
+            before, self.observers = self.observers, compose(self.observers, u[1:])
+            dx, dy = np.moveaxis((self.observers - before)[..., :2], -1, 0)
+            F, W = np.zeros((2, *before.shape, 3))
+            F[..., :, :] = np.eye(3)
+            F[..., 0, 2], F[..., 1, 2] = -dy, dx
             W[..., 0, 0], W[..., 0, 1], W[..., 1, 0], W[..., 1, 1], W[..., 2, 2] = c, -s, s, c, 1
             Q = W * (sigma[1:] ** 2)[:, None, :] @ np.swapaxes(W, -1, -2)
             self.covariances = F @ self.covariances @ np.swapaxes(F, -1, -2) + Q
@@ -47,8 +51,7 @@ class TeamParticles:
             if j == 0:
                 self._weigh(i - 1, z)
         if 1 / (self.w @ self.w) < self.m / 2:
-            start = self.rng.random() / self.m
-            which = np.searchsorted(np.cumsum(self.w), start + np.arange(self.m) / self.m).clip(max=self.m - 1)
+            which = resampled(self.w, self.rng)
             self.particles, self.observers = self.particles[which], self.observers[which]
             self.covariances, self.w = self.covariances[which], np.full(self.m, 1 / self.m)
 
@@ -82,28 +85,16 @@ class TeamParticles:
 
     @property
     def x(self):
-        all_poses = np.concatenate([self.particles[:, None], self.observers], axis=1)
-        heading = np.arctan2(self.w @ np.sin(all_poses[..., 2]), self.w @ np.cos(all_poses[..., 2]))
-        return np.column_stack([np.einsum("m,mnk->nk", self.w, all_poses[..., :2]), heading])
+        return self._weighted()[0]
 
     @property
     def P(self):
         """Covariance from the particles and from the small filters inside them."""
-        all_poses = np.concatenate([self.particles[:, None], self.observers], axis=1)
-        off = all_poses - self.x
-        off[..., 2] = wrap(off[..., 2])
-        flat = off.reshape(self.m, -1)
-        P = (self.w * flat.T) @ flat + 1e-10 * np.eye(flat.shape[1])
+        P = self._weighted()[1]
+        P = P + 1e-10 * np.eye(len(P))
         for i, block in enumerate(np.einsum("m,mnab->nab", self.w, self.covariances), 1):
             P[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] += block
         return P
 
-
-def _moved(poses, u):
-    """Poses after the motions u, and the Jacobians (..., 3, 3) of that by the pose."""
-    c, s = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    dx, dy = c * u[..., 0] - s * u[..., 1], s * u[..., 0] + c * u[..., 1]
-    F = np.zeros((*poses.shape, 3))
-    F[..., 0, 0] = F[..., 1, 1] = F[..., 2, 2] = 1
-    F[..., 0, 2], F[..., 1, 2] = -dy, dx
-    return np.stack([poses[..., 0] + dx, poses[..., 1] + dy, wrap(poses[..., 2] + u[..., 2])], axis=-1), F
+    def _weighted(self):
+        return weighted(np.concatenate([self.particles[:, None], self.observers], axis=1), self.w)

@@ -4,20 +4,13 @@ from itertools import cycle
 
 import numpy as np
 
-from ..geometry import ellipse, wrap
-from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
+from ..geometry import align, ellipse, rotation, transform, wrap
+from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow
+from ..world import located
 from .formation import SLOW_HEADING, slots
-from .frame import align, laid
 from .hall import DT
 
 COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9")
-
-
-def arrow(pose, size=0.35):
-    """A small arrow head (5, 2) at a pose."""
-    angle = pose[2] + np.array([0.0, 2.6, np.pi, -2.6, 0.0])
-    reach = size * np.array([1.0, 0.6, 0.25, 0.6, 1.0])
-    return pose[:2] + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"):
@@ -43,9 +36,7 @@ def draw_readings(ax, log, poses, color=ORANGE):
     """Where each reading places its target, in the frame of the poses (N+1, n, 3) of those who saw it."""
     points = []
     for k, seen in enumerate(log.seen(), 1):
-        for i, _, (r, bearing) in seen:
-            x, y, theta = poses[k, i]
-            points.append([x + r * np.cos(theta + bearing), y + r * np.sin(theta + bearing)])
+        points += [located(poses[k, i, :2], z + [0, poses[k, i, 2]], "rb") for i, _, z in seen]
     points = np.array(points).reshape(-1, 2)
     ax.plot(*points.T, ".", color=color, ms=2, alpha=0.5, label="readings")
 
@@ -103,7 +94,7 @@ class FormationPanel:
     def show(self, run, k, P=None):
         truth, x = run.log.truth, run.believed[k]
         angle, shift = align(run.believed[: k + 2, :, :2].reshape(-1, 2), truth[: k + 2, :, :2].reshape(-1, 2))
-        x = laid(x, angle, shift)
+        x = transform(x, angle, shift)
         for i, (trail, robot) in enumerate(zip(self.trails, self.robots)):
             trail.set_data(*truth[: k + 1, i, :2].T)
             robot.set_data(*arrow(truth[k, i], 0.3).T)
@@ -111,8 +102,7 @@ class FormationPanel:
         self.slots.set_data(*slots(x[0], self.headings[k] + angle).T)
         if P is not None:
             blocks = np.array([P[3 * i : 3 * i + 2, 3 * i : 3 * i + 2] for i in range(len(x))])
-            c, s = np.cos(angle), np.sin(angle)
-            turn = np.array([[c, -s], [s, c]])
+            turn = rotation(angle)
             outline = ellipse(x[:, :2], turn @ blocks @ turn.T, points=40)
             self.ellipses.set_data(*np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T)
         return self

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..geometry import wrap
-from .frame import align, laid
+from ..geometry import align, transform, wrap
+from ..world import located
 
 BASELINE = 1.0  # [m] the robot must have driven at least so far
 APART = 0.1  # [m] two places must be, and the readings of them, to propose a pose
@@ -31,7 +31,7 @@ def by_alignment(track, ranges, bearings):
         raise ValueError(
             f"the robot has moved by only {far:.2f} m: at least {BASELINE} m are needed to tell where the observer is"
         )
-    points = np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings)], axis=-1)
+    points = located(np.zeros(2), np.stack([ranges, bearings], axis=-1), "rb")
     # Some readings may be false: pairs of readings propose poses, and the one that fits half of all readings best
     # tells which readings to believe.
     half = len(points) // 2
@@ -54,4 +54,4 @@ def by_alignment(track, ranges, bearings):
 
 def _off(points, track, angle, shift):
     """(N,) [m] how far points are from the track after a turn and a shift."""
-    return np.linalg.norm(laid(points, angle, shift) - track, axis=1)
+    return np.linalg.norm(transform(points, angle, shift) - track, axis=1)

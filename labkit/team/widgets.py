@@ -8,10 +8,11 @@ import numpy as np
 from ..canvas import Canvas
 from ..checks.feedback import FilterError, explain
 from ..explorer import Explorer, button, sliders
+from ..geometry import align, transform
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player
 from . import scenarios
-from .frame import align, frame_errors, laid, nees
+from .frame import frame_errors, nees
 from .plots import COLORS, FormationPanel
 from .run import FrameWarning, replay
 
@@ -93,7 +94,7 @@ class TeamExplorer(Explorer):
         truth = self.log.truth
         errors = frame_errors(x, truth)
         angle, shift = align(x[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
-        seen = laid(x, angle, shift)
+        seen = transform(x, angle, shift)
         gaps = [np.vstack([truth[:, i, :2], [[np.nan, np.nan]]]) for i in range(self.log.n)]
         self.truth.set_data(*np.concatenate(gaps).T)
         for i, line in enumerate(self.lines):

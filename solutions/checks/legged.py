@@ -3,7 +3,8 @@
 import numpy as np
 
 from labkit.instructor.authoring.spec import Check, Mistake, Right
-from labkit.legged import LeggedRobot, moved
+from labkit.geometry import compose
+from labkit.legged import LeggedRobot
 
 from .legged_parts import (
     ANALYTIC,
@@ -36,7 +37,7 @@ def walk(seed, steps=20, every=5):
     log = LeggedRobot("real", pose=[-0.6, 0.4, 1.2], rng=seed).record(steps * every)
     calls, stride = [], np.zeros(3)
     for k, (u, y) in enumerate(zip(log.controls, log.measurements()), 1):
-        stride = moved(stride, u)
+        stride = compose(stride, u)
         if k % every == 0:
             calls += [
                 ("predict", stride.round(4).tolist()),

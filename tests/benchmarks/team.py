@@ -16,8 +16,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from labkit import Landmark, metrics, random_map  # noqa: E402
+from labkit.geometry import relative  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
-from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, replay, scenarios, seen_from  # noqa: E402
+from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, replay, scenarios  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
@@ -134,7 +135,7 @@ def cost():
             took = per_step(lambda: (kf.predict(u), kf.update(readings)), 5)
             limit = {4: " (at most 3 times)", 100: " (at most 10 ms)"}.get(n, "") if name == "FastEKF" else ""
             print(f"{name}, n = {n}: {took:.2f} ms a step, {took / due:.1f} times lab 3's{limit}")
-    views = seen_from(rng.uniform(-8, 8, (1000, 3)), rng.uniform(-1, 1, (1, 3)))
+    views = relative(rng.uniform(-1, 1, (1, 3)), rng.uniform(-8, 8, (1000, 3)))
     pairs, z = (
         PairFilters(views, np.tile(0.01 * np.eye(3), (1000, 1, 1)), NOISE, gate=np.inf),
         np.column_stack([np.hypot(*views[:, :2].T), np.arctan2(views[:, 1], views[:, 0])]),

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from labkit import wrap
+from labkit.geometry import relative
 from labkit.notebook.answers import load_answer
-from labkit.team import TeamNoise, by_alignment, dead_reckoned, seen_from
+from labkit.team import TeamNoise, by_alignment, dead_reckoned
 
 
 @cache
@@ -35,6 +36,6 @@ def start_errors(scenario, runs, metres=3.3):
             one = log.logs[i]
             early = way[one.seen_step] < metres
             pose, _ = by_alignment(track[one.seen_step[early] + 1, :2], *one.seen[early].T)
-            e = pose - seen_from(log.truth[0, 0], log.truth[0, i])
+            e = pose - relative(log.truth[0, i], log.truth[0, 0])
             off.append([np.hypot(*e[:2]), wrap(e[2])])
     return np.sqrt(np.mean(np.square(off), axis=0))

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from labkit import Landmark, wrap
-from labkit.legged import FIELD, PRESETS, Field, LeggedRobot, Noise, Sighting, moved
+from labkit.geometry import compose
+from labkit.legged import FIELD, PRESETS, Field, LeggedRobot, Noise, Sighting
 from labkit.legged.field import BEACONS, GOALS, is_goal
 from labkit.legged.robot import DT, FOV, PAN, SPEED, SWEEP, TURN
 
@@ -231,7 +232,7 @@ def test_exact_odometry_leads_along_the_true_path(kidnap):
     log = LeggedRobot(EXACT, rng=3).record(60, kidnap=kidnap)
     pose, after = log.truth[0], [log.truth[0]]
     for k, u in enumerate(log.controls):
-        pose = moved(log.truth[k] if k == kidnap else pose, u)
+        pose = compose(log.truth[k] if k == kidnap else pose, u)
         after.append(pose)
     off = np.array(after) - log.truth
     there = np.hypot(*off[:, :2].T) + abs(wrap(off[:, 2])) < 1e-9
@@ -254,7 +255,7 @@ def test_a_kidnapping_is_a_jump_at_that_step_which_odometry_does_not_show(step):
 def test_a_robot_is_carried_where_one_wants_it():
     log = LeggedRobot(EXACT, rng=0).record(50, kidnap=[20, 35], to=(2.8, -1.9, 3))
     for k in (21, 36):
-        np.testing.assert_allclose(log.truth[k], moved(np.array([2.8, -1.9, 3]), log.controls[k - 1]))
+        np.testing.assert_allclose(log.truth[k], compose(np.array([2.8, -1.9, 3]), log.controls[k - 1]))
 
 
 # The noise

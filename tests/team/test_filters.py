@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from labkit.geometry import moved
+from labkit.geometry import compose, relative
 from labkit.team import (
     Route,
     Team,
@@ -18,7 +18,6 @@ from labkit.team import (
     relative_nees,
     replay,
     scenarios,
-    seen_from,
 )
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.pairs import PairFilters
@@ -81,7 +80,7 @@ def test_it_is_filterpys_extended_filter():
             step = W @ ui
             F[3 * i, 3 * i + 2], F[3 * i + 1, 3 * i + 2] = -step[1], step[0]
             Q[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = W @ np.diag(4 * WHITE.of_step(ui) ** 2) @ W.T
-        x = moved(theirs.x.reshape(3, 3), u).ravel()
+        x = compose(theirs.x.reshape(3, 3), u).ravel()
         theirs.F, theirs.Q = F, Q
         theirs.predict()
         theirs.x = x  # its own is linear
@@ -120,14 +119,14 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
     P0 = np.diag([0.02, 0.02, 0.01, 1e-14, 1e-14, 1e-14])
     x0 = log.truth[0] + [[0.1, -0.05, 0.05], [0, 0, 0]]
     joint = answer("GroupEKF")(x0, P0, WHITE)
-    pair = PairFilters(seen_from(x0[1:], x0[:1]), P0[None, :3, :3], WHITE)
+    pair = PairFilters(relative(x0[:1], x0[1:]), P0[None, :3, :3], WHITE)
     for u, seen in zip(log.odometry, log.seen()):
         joint.predict(u)
         joint.update(seen)
         pair.predict(u[0], u[1:])
         if seen:
             pair.update([0], [seen[0][2]])
-        assert np.allclose(seen_from(joint.x[1], joint.x[0]), pair.x[0], atol=1e-6)
+        assert np.allclose(relative(joint.x[0], joint.x[1]), pair.x[0], atol=1e-6)
         assert np.allclose(joint.P[:3, :3], pair.P[0], atol=1e-6)
 
 

@@ -8,17 +8,16 @@ import pytest
 
 from labkit import metrics
 from labkit.checks.feedback import FilterError
+from labkit.geometry import align, transform
 from labkit.team import (
     FrameWarning,
     Route,
     Team,
     TeamLog,
     TeamNoise,
-    align,
     by_alignment,
     delayed,
     frame_errors,
-    laid,
     nees,
     of_logs,
     replay,
@@ -142,7 +141,7 @@ def test_clocks_an_hour_apart_are_no_team():
 
 def test_where_the_truth_is_unknown_the_other_steps_are_laid_on_it():
     log = scenarios.rectangle(rng=1, laps=1)
-    truth, x = log.truth.copy(), laid(log.truth, 0.2, np.array([1, 2]))
+    truth, x = log.truth.copy(), transform(log.truth, 0.2, np.array([1, 2]))
     truth[50:60] = np.nan
     errors = frame_errors(x, truth)
     assert errors.turned == pytest.approx(-0.2) and np.isnan(errors.aligned).sum() == 10

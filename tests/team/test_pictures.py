@@ -9,19 +9,8 @@ import numpy as np
 import pytest
 
 from labkit.canvas import Canvas
-from labkit.team import (
-    Route,
-    Team,
-    TeamNoise,
-    dead_reckoned,
-    explore,
-    frame_errors,
-    laid,
-    play,
-    plots,
-    replay,
-    scenarios,
-)
+from labkit.geometry import transform
+from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, play, plots, replay, scenarios
 from labkit.team import widgets as kit
 from labkit.team.formation import WAY, run, triangle
 
@@ -226,7 +215,7 @@ def test_slots_are_those_that_distances_are_told_from_and_all_is_beside_the_lege
 def test_a_moment_shows_robots_beliefs_and_ellipses_whatever_the_common_frame():
     made = formation(60)
     turn = np.kron(np.eye(3), [[np.cos(2), -np.sin(2), 0], [np.sin(2), np.cos(2), 0], [0, 0, 1]])
-    turned = {"believed": laid(made.believed, 2.0, [3, -1]), "covariances": turn @ made.covariances @ turn.T}
+    turned = {"believed": transform(made.believed, 2.0, [3, -1]), "covariances": turn @ made.covariances @ turn.T}
     (k, one), (_, other) = (next(moments(run, [50])) for run in (made, replace(made, **turned)))
     for a, b in zip(one.artists, other.artists, strict=True):
         np.testing.assert_allclose(a.get_xydata(), b.get_xydata(), atol=1e-9)

@@ -7,20 +7,8 @@ import pytest
 
 from labkit import metrics, wrap
 from labkit.checks.feedback import FilterError
-from labkit.geometry import moved
-from labkit.team import (
-    Team,
-    TeamLog,
-    TeamNoise,
-    align,
-    by_alignment,
-    dead_reckoned,
-    frame_errors,
-    laid,
-    replay,
-    scenarios,
-    seen_from,
-)
+from labkit.geometry import align, relative, transform
+from labkit.team import Team, TeamLog, TeamNoise, by_alignment, dead_reckoned, frame_errors, replay, scenarios
 from labkit.team.bound import least_squares
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
@@ -105,29 +93,12 @@ def test_logs_that_do_not_fit_together_are_refused():
 # The frame
 
 
-def test_alignment_undoes_a_turn_and_a_shift_and_nothing_else():
-    rng = np.random.default_rng(0)
-    poses = rng.normal(size=(40, 3, 3))
-    there = laid(poses, 0.7, np.array([2.0, -1.0]))
-    angle, shift = align(poses[..., :2].reshape(-1, 2), there[..., :2].reshape(-1, 2))
-    assert angle == pytest.approx(0.7) and np.allclose(shift, [2, -1])
-    assert abs(align(2 * poses[0, :, :2], poses[0, :, :2])[0]) < 1e-9  # a scale is left as it is
-
-
 def test_a_turn_of_everything_changes_only_the_error_in_the_gauge():
     log = scenarios.rectangle(rng=2, laps=1)
     x = dead_reckoned(log)
-    one, two = frame_errors(x, log.truth), frame_errors(laid(x, 0.1, np.array([1.0, 2.0])), log.truth)
+    one, two = frame_errors(x, log.truth), frame_errors(transform(x, 0.1, np.array([1.0, 2.0])), log.truth)
     assert np.allclose(one.aligned, two.aligned) and np.allclose(one.ego, two.ego)
     assert two.gauge.mean() > one.gauge.mean() + 0.3 and two.turned == pytest.approx(one.turned - 0.1)
-
-
-def test_what_is_seen_from_a_robot_is_what_it_would_have_to_walk():
-    rng = np.random.default_rng(1)
-    a, b = rng.normal(size=(2, 20, 3))
-    d = moved(a, seen_from(a, b)) - b
-    d[:, 2] = wrap(d[:, 2])
-    assert np.allclose(d, 0)
 
 
 # The start
@@ -203,7 +174,7 @@ def test_a_minute_without_sight_loses_nobody():
 
 def test_pair_filters_and_particles_agree_with_the_joint_filter():
     log = scenarios.moving(rng=2)
-    views = seen_from(log.truth[:, 1:], log.truth[:, [0]])
+    views = relative(log.truth[:, [0]], log.truth[:, 1:])
     kf = PairFilters(views[0] + [0.1, -0.1, 0.01], np.tile(np.diag([0.02, 0.02, 0.0004]), (4, 1, 1)), TeamNoise())
     off = []
     for k, (u, seen) in enumerate(zip(log.odometry, log.seen())):
