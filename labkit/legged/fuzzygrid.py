@@ -112,7 +112,8 @@ class FuzzyGrid:
         column, row = (np.rint((p - ax[0]) / self.cell).astype(int) for p, ax in ((self.px, self.x), (self.py, self.y)))
         ny, nx = self.h.shape
         inside = (row >= 0) & (row < ny) & (column >= 0) & (column < nx)
-        order = np.argsort(self.h[inside])  # where two meet, the more possible one is written last
+        # Where two meet, the more possible one is written last; of two alike the same one on every processor.
+        order = np.argsort(self.h[inside], kind="stable")
         to = (row * nx + column)[inside][order]
         centre = np.meshgrid(self.x, self.y)
         empty = {"h": FLOOR, "theta": 0.0, "c": np.pi, "s": np.pi, "px": centre[0], "py": centre[1]}

@@ -198,7 +198,7 @@ def _poses(times, truth):
 
 def _subjects(seen, barcodes, places, robots, notes):
     """Which subject (M,) each measurement is of, and which of them to keep (M,); notes on the others."""
-    order = np.argsort(barcodes[:, 1])
+    order = np.argsort(barcodes[:, 1], kind="stable")
     subjects, codes = barcodes[order].T
     at = np.searchsorted(codes, seen[:, 1]).clip(max=len(codes) - 1)
     subject = np.where(codes[at] == seen[:, 1], subjects[at], 0).astype(int)

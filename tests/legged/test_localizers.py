@@ -895,3 +895,20 @@ def test_a_table_has_a_line_for_each_contestant(kidnap):
 def test_a_table_of_walks_too_short_to_settle_is_still_a_table(length, kidnap):
     text = table(race({"EKF": ekf, "triangulation": still}, [recorded("real", 0, length, kidnap)]))
     assert "\nEKF " in text and "\ntriangulation " in text
+
+
+def test_of_two_cells_as_possible_that_meet_the_same_one_stays_on_every_processor():
+    grid = FuzzyGrid("real")
+    rng = np.random.default_rng(0)
+    grid.theta = rng.uniform(-np.pi, np.pi, grid.h.shape)  # they walk in all directions: many meet
+    grid.h = rng.choice([0.01, 0.2, 1.0], grid.h.shape)
+    x, y = grid.px + 0.3 * np.cos(grid.theta) - grid.x[0], grid.py + 0.3 * np.sin(grid.theta) - grid.y[0]
+    row, column = np.rint(y / grid.cell).astype(int), np.rint(x / grid.cell).astype(int)
+    due = {}
+    for n in sorted(range(grid.h.size), key=lambda n: grid.h.flat[n]):
+        due[row.flat[n], column.flat[n]] = grid.theta.flat[n]
+    grid._shift(np.array([0.3, 0.0]))
+    ny, nx = grid.h.shape
+    kept = {place: theta for place, theta in due.items() if 0 <= place[0] < ny and 0 <= place[1] < nx}
+    assert len(kept) < 0.8 * grid.h.size
+    assert all(grid.theta[place] == theta for place, theta in kept.items())
