@@ -10,15 +10,18 @@ import json
 import re
 import sys
 import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from .compare import gap, identify, nearest
 from .feedback import LabError, own_line
 from .hints import evidence, fold, todo
-from .trace import run
+from .trace import Scenario, Trace, run
 
+Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
 DATA = Path(__file__).parent / "data"
 STOPPED = "It was still running when it was stopped: does a loop never end?"
 NEWEST_IS_BROKEN = (
@@ -30,18 +33,21 @@ NEWEST_IS_BROKEN = (
 class CheckError(LabError):
     """A check that did not pass: its text is the report, `summary` the sentence that matters most."""
 
-    def __init__(self, name, summary, details=(), passed="", mistake=""):
+    def __init__(
+        self, name: str, summary: str, details: Iterable[str] = (), passed: str = "", mistake: str = ""
+    ) -> None:
         self.name, self.summary, self.details = name, summary, list(details)
         self.mistake = mistake  # the known mistake that was recognised for sure, or ''
         super().__init__("\n".join([f"{name}: {passed or 'not passed.'}", *fold(summary), *self.details]))
 
     @property
-    def lines(self):
+    def lines(self) -> list[str]:
+        """The first sentence of the summary, then the rest."""
         first, *rest = re.split(r"(?<=[.?!]) ", self.summary, maxsplit=1)
         return [first, *fold("".join(rest)), *self.details]
 
 
-def check(name, subject):
+def check(name: str, subject: Any) -> None:
     """Compare `subject` with the stored numbers of the check `name`; print what passed, or raise CheckError."""
     data = stored(str(name))
     if newest_is_broken(data["subject"]):
@@ -52,18 +58,18 @@ def check(name, subject):
         print("\n".join(fold(f"Note: {s['advice']}")))
 
 
-def success(name, passed):
+def success(name: str, passed: Sequence[Scenario]) -> str:
     """What is printed when all of these scenarios passed."""
     first = f"{name}: all {len(passed)} checks passed." if len(passed) > 1 else f"{name}: passed."
     return "\n".join([first, *(f"  ok  {s['title']}" for s in passed)])
 
 
-def judge(data, subject):
+def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
     """The scenarios that `subject` passed, and those whose advice it needs; raises CheckError."""
     return decide(data, observe(data, subject))
 
 
-def observe(data, subject):
+def observe(data: Data, subject: Any) -> dict[str, Trace]:
     """{scenario id: Trace} of `subject`; needs only the inputs in `data`. Raises CheckError if there is none."""
     name, problem = data["name"], unfit(data, subject)
     if problem:
@@ -74,7 +80,7 @@ def observe(data, subject):
         raise CheckError(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
 
 
-def decide(data, traces):
+def decide(data: Data, traces: Mapping[str, Trace]) -> tuple[list[Scenario], list[Scenario]]:
     """Compare traces with the right ones in `data`: as `judge`."""
     name = data["name"]
     right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
@@ -88,7 +94,7 @@ def decide(data, traces):
 
 
 @cache
-def stored(name):
+def stored(name: str) -> Data:
     """The data of a check, by its name; not to be changed."""
     path = DATA / f"{name}.json"
     if not path.is_file():
@@ -97,7 +103,7 @@ def stored(name):
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def newest_is_broken(name):
+def newest_is_broken(name: str) -> bool:
     """Whether the last cell run in this notebook that defines `name` is no Python, so that an older one counts."""
     ipython = sys.modules.get("IPython")
     shell = ipython and ipython.get_ipython()
@@ -112,7 +118,7 @@ def newest_is_broken(name):
     return False
 
 
-def unfit(data, subject):
+def unfit(data: Data, subject: Any) -> str:
     """Why `subject` cannot be checked at all, in a sentence, or ''."""
     want, kind = data["subject"], f"an object of type {type(subject).__name__}"
     call = f'`check("{data["name"]}", {want})`'
@@ -134,7 +140,7 @@ def unfit(data, subject):
     return ""
 
 
-def steady_traces(data, subject):
+def steady_traces(data: Data, subject: Callable) -> dict[str, Trace]:
     """{scenario id: Trace}; all scenarios run twice, in reverse the second time.
 
     A filter that draws random numbers, or shares state between its objects, gives other numbers then.
@@ -169,7 +175,9 @@ def _unsteady(data, before, after):
     )
 
 
-def diagnosis(data, failed, traces, right):
+def diagnosis(
+    data: Data, failed: list[Scenario], traces: Mapping[str, Trace], right: Mapping[str, tuple[float, Any]]
+) -> tuple[str, list[str], str]:
     """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
     named = identify({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
     first = failed[0]

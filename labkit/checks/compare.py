@@ -1,13 +1,21 @@
 """Compare what came with stored numbers, and recognise known mistakes by their numbers."""
 
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
+
 import numpy as np
+
+from ..geometry import Array
+from .trace import Trace
 
 TOLERANCE = 2e-3  # of the largest entry of an array: float32 and numerical derivatives pass
 TINY = 1e-6  # and this much on top, where all entries should be zero
+Value: TypeAlias = str | Array  # what is compared: a text or numbers
+Mistake: TypeAlias = Mapping[str, Any]  # {"id", "say", "forms": [{scenario id: stored trace}]}
 ANY = "any"  # stored where a mistake fails in a way that differs from one computer to the next
 
 
-def gap(trace, stored):
+def gap(trace: Trace, stored: Any) -> float:
     """How far a Trace is from a stored one, in tolerances: up to 1 is the same, inf is another shape or ending.
 
     stored: [steps, key of the stop or None], or ANY; null stands for not-a-number.
@@ -15,7 +23,7 @@ def gap(trace, stored):
     return max(_gaps(trace, stored), default=0.0)
 
 
-def same(trace, stored):
+def same(trace: Trace, stored: Any) -> bool:
     """gap(trace, stored) <= 1, found sooner."""
     return all(value <= 1 for value in _gaps(trace, stored))
 
@@ -31,12 +39,12 @@ def _gaps(trace, stored):
         yield from map(gap_of, mine, values(right))
 
 
-def values(step):
+def values(step: Iterable) -> list[Value]:
     """The stored values of one step, with arrays for lists and numbers."""
     return [v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step]
 
 
-def gap_of(came, right):
+def gap_of(came: Value, right: Value) -> float:
     """The same for two values, each a text or an array."""
     if isinstance(came, str) or isinstance(right, str):
         same = isinstance(came, str) and isinstance(right, str) and came == right
@@ -50,14 +58,14 @@ def gap_of(came, right):
     return float(np.abs(came - right)[known].max() / limit)
 
 
-def nearest(trace, accepted):
+def nearest(trace: Trace, accepted: Sequence) -> tuple[float, Any]:
     """The smallest gap to any of the accepted traces, and that trace."""
     gaps = [gap(trace, right) for right in accepted]
     best = int(np.argmin(gaps))
     return gaps[best], accepted[best]
 
 
-def identify(failed, mistakes):
+def identify(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[tuple[Mistake, bool, set[str]]]:
     """Known mistakes that explain the failed scenarios, the first to fix first: [(mistake, sure, where it fails)].
 
     A mistake that explains some of them is still sure if others show that there is a second one.
@@ -66,7 +74,7 @@ def identify(failed, mistakes):
     mistakes: [{"id", "say", "forms": [{scenario id: stored trace}]}]; a form lists the scenarios
     where it fails, so a form that fails where the student passes is not the student's.
     """
-    found = []
+    found: list[tuple[Mistake, set[str], set[str]]] = []
     for mistake in mistakes:
         for form in mistake["forms"]:
             hits = {s for s, stored in form.items() if s in failed and same(failed[s], stored)}
@@ -74,7 +82,7 @@ def identify(failed, mistakes):
                 if len(hits) == len(failed):
                     return [(mistake, True, set(form))]
                 found.append((mistake, hits, set(form)))
-    named = []
+    named: list[tuple[Mistake, bool, set[str]]] = []
     for s in failed:
         covered = set().union(*(where for *_, where in named))
         options = [f for f in found if s in f[1]]

@@ -5,6 +5,8 @@ import os
 import re
 import sys
 import sysconfig
+from types import FrameType
+from typing import Any
 
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 _LIBRARIES = {os.path.realpath(p) for p in sysconfig.get_paths().values()} - {os.path.realpath(sys.prefix)}
@@ -14,11 +16,11 @@ class LabError(Exception):
     """An error whose text is written for the student: notebooks show it without a traceback."""
 
     @property
-    def lines(self):
+    def lines(self) -> list[str]:
         """The text in lines, the sentence that matters most first."""
         return str(self).splitlines()
 
-    def _render_traceback_(self):  # IPython's hook for exceptions that know how to show themselves
+    def _render_traceback_(self) -> list[str]:  # IPython's hook for exceptions that know how to show themselves
         return str(self).splitlines()
 
 
@@ -26,13 +28,13 @@ class FilterError(LabError):
     """The student's filter raised, or returned something that is no estimate."""
 
 
-def explain(error):
+def explain(error: BaseException) -> str:
     """One sentence for an exception, then the student's own line where it happened, if it is known."""
     where = own_line(error)
     return sentence(error) + (f"\n{where}" if where else "")
 
 
-def own_line(error):
+def own_line(error: BaseException) -> str:
     """'in update, line 12:  S = H @ P' for the deepest frame of the student's code, or ''."""
     if isinstance(error, SyntaxError):
         place = f"{error.filename}, " if is_cell(error.filename or "") else ""
@@ -48,7 +50,7 @@ def own_line(error):
     return _line(*found[-1]) if found else ""
 
 
-def running_line(frame):
+def running_line(frame: FrameType | None) -> str:
     """The same for code that is still running: the innermost line of the student's under `frame`."""
     while frame is not None and _is_library(frame.f_code.co_filename):
         frame = frame.f_back
@@ -75,7 +77,7 @@ def _line(frame, number):
     return f"{cell}{method}line {number}:  {text}"
 
 
-def is_cell(filename):
+def is_cell(filename: str) -> bool:
     """Whether code was compiled by labkit.notebook.session, which calls its files like "cell 'answer-kf'"."""
     return re.search(r"(^|, )cell ('.*'|\d+)$", filename) is not None
 
@@ -87,7 +89,7 @@ def _is_library(filename):
     return filename.startswith("<frozen") or any(path.startswith(folder + os.sep) for folder in (_KIT, *_LIBRARIES))
 
 
-def sentence(error):
+def sentence(error: BaseException) -> str:
     """What went wrong, in the words of someone who has seen it a hundred times."""
     text = (error.msg if isinstance(error, SyntaxError) else str(error)).strip().removesuffix(".")
     if isinstance(error, LabError):
@@ -104,7 +106,7 @@ def sentence(error):
     return name
 
 
-_KNOWN = [
+_KNOWN: list[tuple[Any, str, str]] = [  # of an exception, its text and what to do about it
     (
         ValueError,
         "read-only|non-writeable",

@@ -1,23 +1,24 @@
 """Say in plain words what was asked, what came, and how the two differ."""
 
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 
 from . import kinds
 from .compare import gap_of, values
 from .kinds import number_text
-from .trace import ODD
+from .trace import ODD, Scenario, Stop, Trace
 
 WIDTH = 100
 
 
-def fold(text, indent=""):
+def fold(text: str, indent: str = "") -> list[str]:
     """Lines of at most WIDTH characters."""
     return [line for part in text.splitlines() for line in wrap(part, WIDTH, subsequent_indent=indent)]
 
 
-def evidence(scenario, trace, expected, known=""):
+def evidence(scenario: Scenario, trace: Trace, expected: Any, known: str = "") -> tuple[str, list[str]]:
     """(summary, lines): what is wrong, then the call, what was expected and what came.
 
     known: what to say about a known mistake; else the summary is what the numbers tell.
@@ -43,7 +44,7 @@ def _stopped(scenario, stop, steps):
     return summary, call + _column("expected", asked) + _column("came", fold(told[0]) + own)
 
 
-def todo(stop):
+def todo(stop: Stop) -> str:
     """The text of an unfilled stub, as a sentence."""
     text = stop.text.partition("\n")[0]
     return text if "still to be written" in text else f"Still to be written: {text}"
@@ -92,7 +93,7 @@ def _value(name, v, other=None):
     return (f"{name} = " if name else "") + number_text(v)
 
 
-def call_text(scenario, call):
+def call_text(scenario: Scenario, call: int) -> str:
     """The call as a student would type it, with its numbers: 'predict([0.4, -0.6]) with dt=0.25'."""
     options = ""
     if "make" in scenario:
@@ -102,13 +103,14 @@ def call_text(scenario, call):
             return f"__init__({', '.join([*given, options] if options else given)})"
         call -= 1
     name, *args = scenario["calls"][call]
-    return f"{name}({', '.join(map(kinds.tell, args))})" + (f" with {options}" if options else "")
+    told = [kind.tell(content) for _, kind, content in map(kinds.split, args)]
+    return f"{name}({', '.join(told)})" + (f" with {options}" if options else "")
 
 
-def noise_text(scenario, method):
+def noise_text(scenario: Scenario, method: str) -> list[str]:
     """The noise that `predict` or `update` uses, from the right constructor: ['R = [[0.16, ...']."""
     given, options = scenario["make"]
-    told = [kinds.noise(stored, method) for stored in given.values()]
+    told = [kind.noise(content, method) for _, kind, content in map(kinds.split, given.values())]
     if method == "predict" and "Q" in given:
         told += _values(["Q"], [np.array(given["Q"]) * options["dt"]])
     if method == "update" and "R" in given:

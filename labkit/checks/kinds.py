@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import labkit
 
@@ -37,9 +38,9 @@ def _factor(rng):
     return 1 + rng.choice([-1, 1]) * rng.uniform(0.02, 0.06)
 
 
-def frozen(numbers: Any, dtype: type = float) -> np.ndarray:
+def frozen(numbers: Any, dtype: type = float) -> NDArray:
     """An array that is read-only, so that code which changes it raises at its own line."""
-    array: np.ndarray = np.array(numbers, dtype=dtype)
+    array: NDArray = np.array(numbers, dtype=dtype)
     array.setflags(write=False)
     return array
 
@@ -170,42 +171,12 @@ def run(cls: type, *more: str) -> Kind:
     return replace(kind, receive=lambda data: cls(**{**data, "seen_id": np.asarray(data["seen_id"])}))
 
 
-def decode(stored: Any) -> tuple[Any, Callable[[], str]]:
-    """A stored input as the object that a student's code gets, and a watch over it."""
-    if isinstance(stored, dict):
-        kind, content = _kind(stored)
-        value = kind.read(content)
-        return value, kind.watch(value)
-    return frozen(stored) if isinstance(stored, list) else stored, same
-
-
-def other(stored: Any, rng: np.random.Generator) -> Any:
-    """A stored input of the same kind with other numbers."""
-    if isinstance(stored, dict):
-        kind, content = _kind(stored)
-        return {next(iter(stored)): kind.vary(content, rng)}
-    return vary(stored, rng)
-
-
-def tell(stored: Any) -> str:
-    """A stored input as a student would type it."""
-    if isinstance(stored, dict):
-        kind, content = _kind(stored)
-        return kind.tell(content)
-    return number_text(np.array(stored)) if isinstance(stored, list) else repr(stored)
-
-
-def noise(stored: Any, method: str) -> str:
-    """What `method` uses of a stored input that is a noise, or ''."""
+def split(stored: Any) -> tuple[str, Kind, Any]:
+    """The name of a stored input's kind, the kind and what it reads; the name of plain values is ''."""
     if not isinstance(stored, dict):
-        return ""
-    kind, content = _kind(stored)
-    return kind.noise(content, method)
-
-
-def _kind(stored):
+        return "", PLAIN, stored
     ((name, content),) = stored.items()
-    return find(name), content
+    return name, find(name), content
 
 
 def find(name: str) -> Kind:
@@ -244,6 +215,10 @@ def _has_kinds(package):
     return any(Path(folder, package, "kinds.py").is_file() for folder in folders)
 
 
+PLAIN = Kind(
+    lambda stored: frozen(stored) if isinstance(stored, list) else stored,
+    tell=lambda stored: number_text(np.array(stored)) if isinstance(stored, list) else repr(stored),
+)
 LANDMARK = point(Landmark)
 KINDS = {
     "landmark": LANDMARK,

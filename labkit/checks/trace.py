@@ -2,14 +2,19 @@
 
 import re
 import warnings
+from collections.abc import Callable
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from io import StringIO
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..geometry import Array
 from . import kinds
 from .feedback import own_line, sentence
+
+Scenario: TypeAlias = dict[str, Any]  # as stored: an id, a title, calls, what to look at, and the right traces
 
 
 @dataclass
@@ -21,15 +26,18 @@ class Stop:
     line: str = ""  # the student's own line, if it raised
 
     @property
-    def call(self):
+    def call(self) -> int:
+        """The number of the call that ended it."""
         return self.key[0]
 
     @property
-    def kind(self):
+    def kind(self) -> str:
+        """An exception's name, or one of ODD."""
         return self.key[1]
 
     @classmethod
-    def of(cls, call, error):
+    def of(cls, call: int, error: BaseException) -> "Stop":
+        """For an exception of the student's code."""
         message = str(error)
         numbers = [int(n) for n in re.findall(r"\d+", message)][:12]
         key = [call, type(error).__name__, numbers, "" if numbers else message[:80]]
@@ -51,12 +59,12 @@ class OddResultError(Exception):
 class Trace:
     """What came after each call: a list of values, one for each name that the scenario looks at."""
 
-    steps: list = field(default_factory=list)
+    steps: list[list] = field(default_factory=list)
     stop: Stop | None = None
     printed: str = ""
 
 
-def run(subject, kind, scenario):
+def run(subject: Callable, kind: str, scenario: Scenario) -> Trace:
     """The Trace of `subject`, a 'filter' class or a 'function', over one stored scenario.
 
     Calls count from 0; call 0 of a filter is its constructor.
@@ -111,8 +119,8 @@ def _function_steps(function, scenario):
         yield [as_value(v, f"`{n}`" if len(names) > 1 else "The result") for v, n in zip(answer, names)]
 
 
-def as_value(raw, name):
-    """A copy of `raw` as a text or a float array; not-a-number and infinity both count as NaN."""
+def as_value(raw: Any, name: str) -> str | Array:
+    """A copy of `raw` as a text or a float array, infinity as NaN. Raises OddResultError for what is neither."""
     if raw is None:
         hint = "is the `return` missing?" if name == "The result" else "something without a result was assigned."
         raise OddResultError("none", f"{name} is None: {hint}")
@@ -128,8 +136,11 @@ def as_value(raw, name):
 
 
 def _inputs(stored):
-    decoded = [kinds.decode(value) for value in stored]
-    return [value for value, _ in decoded], [watch for _, watch in decoded]
+    args, watches = [], []
+    for _, kind, content in map(kinds.split, stored):
+        args.append(kind.read(content))
+        watches.append(kind.watch(args[-1]))
+    return args, watches
 
 
 def _call(who, function, args, watches, **options):

@@ -14,6 +14,12 @@ def variant(scenario: dict[str, Any], rng: np.random.Generator) -> dict[str, Any
     """
     fresh: dict[str, Any] = {key: scenario[key] for key in ("id", "look", "at", "title") if key in scenario}
     if "make" in scenario:
-        fresh["make"] = [{name: kinds.other(v, rng) for name, v in given.items()} for given in scenario["make"]]
-    fresh["calls"] = [[name, *(kinds.other(arg, rng) for arg in args)] for name, *args in scenario["calls"]]
+        fresh["make"] = [{name: _other(v, rng) for name, v in given.items()} for given in scenario["make"]]
+    fresh["calls"] = [[name, *(_other(arg, rng) for arg in args)] for name, *args in scenario["calls"]]
     return fresh
+
+
+def _other(stored, rng):
+    name, kind, content = kinds.split(stored)
+    fresh = kind.vary(content, rng)
+    return {name: fresh} if name else fresh
