@@ -5,34 +5,42 @@ capture system knew where they were.  Source: see `labkit.mrclam.files`, which k
 """
 
 from dataclasses import replace
+from math import radians
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import Array, Seed, wrap
 from ..log import Log
 from ..world import Landmark, Map
-from . import example as mrclam_example
-from . import install as datasets
+from . import example, install
 from .files import FILES, PUBLISHED, ROBOTS, DataError, first_stamp, overlap, read_table, set_number, some
 
 GAP = 0.5  # [s] the truth is interpolated across shorter gaps, and unknown (NaN) in longer ones
 
 
-def load(robot, dataset=7, **kw):
+def load(robot: int, dataset: int = 7, **options: Any) -> Log:
     """Robot 1..5 of a data set as a Log; a simulated one where the data set is not at hand.
 
     The Log's `name` always says which of the two it is.  Further arguments: see `read`.
     """
-    folder = datasets.find(f"MRCLAM_Dataset{dataset}")
+    folder = install.find(f"MRCLAM_Dataset{dataset}")
     if folder:
-        return read(folder, robot, **kw)
-    log = read(mrclam_example.folder(), robot, **kw)
+        return read(folder, robot, **options)
+    log = read(example.folder(), robot, **options)
     note = f"simulated, as there is no MRCLAM_Dataset{dataset} here (`labkit data` says where it goes)"
     return replace(log, name=f"simulated log in MRCLAM format, robot {robot}", notes=(note, *log.notes))
 
 
-def read(folder, robot, rate=10.0, start=None, duration=None, robots=False):
+def read(
+    folder: str | Path,
+    robot: int,
+    rate: float = 10.0,
+    start: float | None = None,
+    duration: float | None = None,
+    robots: bool = False,
+) -> Log:
     """The run of one robot of an MRCLAM data set, in steps of 1/`rate` seconds, as a Log.
 
     folder:   of the set's files.  robot: 1..5.  rate: steps per second.
@@ -52,26 +60,25 @@ def read(folder, robot, rate=10.0, start=None, duration=None, robots=False):
         raise ValueError(f"robot must be one of 1, 2, 3, 4, 5, but it is {robot!r}")
     if not (np.isfinite(rate) and rate > 0):
         raise ValueError(f"rate must be a number of steps per second, but it is {rate!r}")
-    (truth, odometry, seen, barcodes, places), notes = _tables(folder, robot)
+    tables, notes = _tables(folder, robot)
+    return _log(folder, robot, tables, notes, rate, start, duration, robots)
+
+
+def _log(folder, robot, tables, notes, rate, start, duration, robots):
+    truth, odometry, seen, barcodes, places = tables
     zero = first_stamp(folder, truth[0, 0])
     for table in (truth, odometry, seen):
         table[:, 0] -= zero
     times = _steps(*overlap(truth, odometry), rate, start, duration, robot)
-    n = len(times) - 1
     if odometry[-1, 0] > truth[-1, 0] + 1 and duration is None:
         early = odometry[-1, 0] - truth[-1, 0]
         notes.append(f"the ground truth ends {early:.1f} s before the odometry, and the log with it")
-
-    pose = _poses(times, truth)
-    unknown = int(np.isnan(pose[:, 0]).sum())
-    if unknown:
-        notes.append(f"ground truth unknown at {unknown} of {n + 1} times (gaps longer than {GAP} s)")
+    pose = _poses(times, truth, notes)
     step = np.rint((seen[:, 0] - times[0]) * rate).astype(int) - 1
-    here = (step >= 0) & (step < n)
+    here = (step >= 0) & (step < len(times) - 1)
     step, seen = step[here], seen[here]
     seen[:, 3] = wrap(seen[:, 3])
     subject, kept = _subjects(seen, barcodes, places, robots, notes)
-    landmarks = Map(Landmark(p, int(i)) for i, *p in places[:, :3])
     number = set_number(folder.resolve().name)
     return Log(
         times,
@@ -79,7 +86,7 @@ def read(folder, robot, rate=10.0, start=None, duration=None, robots=False):
         step[kept],
         subject[kept],
         seen[kept, 2:],
-        landmarks,
+        Map(Landmark(p, int(i)) for i, *p in places[:, :3]),
         sensor="rb",
         frame="robot",
         truth=pose,
@@ -88,7 +95,7 @@ def read(folder, robot, rate=10.0, start=None, duration=None, robots=False):
     )
 
 
-def with_compass(log, sigma=np.deg2rad(2), rng=None):
+def with_compass(log: Log, sigma: float = radians(2), rng: Seed = None) -> Log:
     """The same run for a filter that estimates the position only: the heading comes from a compass.
 
     The compass is the true heading (held or interpolated where unknown) plus white noise of standard
@@ -113,7 +120,7 @@ def with_compass(log, sigma=np.deg2rad(2), rng=None):
     )
 
 
-def with_odometry(log):
+def with_odometry(log: Log) -> Log:
     """The same run for a filter that is told how far the robot came in each step, not its velocity.
 
     The Log has controls (N, 3) as of a robot with legs: ahead [m], to the left [m], turned [rad]; a step is an arc
@@ -125,8 +132,10 @@ def with_odometry(log):
     return replace(log, controls=np.column_stack([v * np.cos(turn / 2), v * np.sin(turn / 2), turn]))
 
 
-def range_errors(log):
-    """(M,) [m] by how much each range was too long; NaN where the truth is unknown."""
+def range_errors(log: Log) -> Array:
+    """(M,) [m] by how much each range was too long; NaN where the truth is unknown, ValueError if it is throughout."""
+    if log.truth is None:
+        raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
     places = {lm.id: lm.p for lm in log.map}
     landmarks = np.array([places[i] for i in log.seen_id.tolist()]).reshape(-1, 2)
     return log.seen[:, 0] - np.linalg.norm(landmarks - log.truth[log.seen_step + 1, :2], axis=1)
@@ -186,13 +195,16 @@ def _mean_rates(times, odometry, notes):
     return np.diff(np.column_stack([np.interp(times, t, a) for a in area.T]), axis=0) / np.diff(times)[:, None]
 
 
-def _poses(times, truth):
+def _poses(times, truth, notes):
     """True poses (N+1, 3), interpolated; the heading without jumps from pi to -pi in between."""
     t, x, y, theta = truth.T
     poses = np.column_stack([np.interp(times, t, c) for c in (x, y, np.unwrap(theta))])
     poses[:, 2] = wrap(poses[:, 2])
     after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    poses[(t[after] - t[after - 1] > GAP) & (times > t[after - 1]) & (times < t[after])] = np.nan
+    unknown = (t[after] - t[after - 1] > GAP) & (times > t[after - 1]) & (times < t[after])
+    poses[unknown] = np.nan
+    if unknown.any():
+        notes.append(f"ground truth unknown at {unknown.sum()} of {len(times)} times (gaps longer than {GAP} s)")
     return poses
 
 

@@ -25,14 +25,14 @@ SPURIOUS = (34, 50)  # barcodes that nothing has
 
 
 @cache
-def folder():
+def folder() -> Path:
     """Folder of the example, written once a session and removed at its end."""
     path = tempfile.mkdtemp(prefix="labkit-mrclam-")
     atexit.register(shutil.rmtree, path, ignore_errors=True)
     return write(path)
 
 
-def write(folder, seconds=400, seed=7):
+def write(folder: str | Path, seconds: float = 400, seed: int = 7) -> Path:
     """Write all 17 files of a simulated set of `seconds` into `folder` (existing); the Path of it."""
     rng = np.random.default_rng(seed)
     landmarks = rng.uniform([-1.0, -5.0], [5.0, 5.0], (15, 2))  # [m], about the size of the real room

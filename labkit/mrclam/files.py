@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..checks.feedback import LabError
+from ..geometry import Array
 
 PUBLISHED = (
     "The UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM) data sets are published at "
@@ -32,13 +33,13 @@ class DataError(LabError):
     """A data file or folder is not what it should be; the text says what, where and what to do."""
 
 
-def set_number(name):
+def set_number(name: str | Path) -> int | None:
     """The number 1..9 that 'MRCLAM_Dataset7', 'mrclam dataset7 (1).zip' ... stand for, or None."""
     found = re.search(r"mrclam[ _-]*(?:data[ _-]*set)?[ _-]*([1-9])(?!\d)", str(name), re.IGNORECASE)
     return int(found[1]) if found else None
 
 
-def read_table(path):
+def read_table(path: str | Path) -> tuple[Array, list[str]]:
     """One file of a set: its rows (n, columns) as numbers, and notes on what was put right.
 
     Comments (#), a byte order mark and Windows line ends are fine, and so is a file without rows.
@@ -101,12 +102,12 @@ def _is_row(line, columns):
         return False
 
 
-def some(count, thing):
+def some(count: int, thing: str) -> str:
     """'1 row', '2 rows'."""
     return f"{count} {thing}{'' if count == 1 else 's'}"
 
 
-def write_set(folder, tables):
+def write_set(folder: str | Path, tables: dict[str, Array]) -> None:
     """Write `tables`, {file name: rows (n, columns)}, into `folder` in the format of the data set."""
     styles = {CLOCK: "%.3f", "subject": "%d", "barcode": "%d"}
     for name, rows in tables.items():
@@ -116,7 +117,7 @@ def write_set(folder, tables):
         np.savetxt(Path(folder) / name, np.reshape(rows, (-1, len(columns))), style, "\t", header=header)
 
 
-def verify(folder):
+def verify(folder: str | Path) -> str:
     """What a data set holds, in a sentence; DataError lists all that is wrong with it.
 
     Checked: all 17 files are there, whole, with the right columns, times in order and enough rows,
@@ -152,12 +153,12 @@ def verify(folder):
     )
 
 
-def overlap(*tables):
-    """(begin, end) [s] of the time in which all `tables` have rows."""
+def overlap(*tables: Array) -> tuple[float, float]:
+    """(begin, end) [s] of the time in which all `tables` (n, columns), with the time in front, have rows."""
     return max(table[0, 0] for table in tables), min(table[-1, 0] for table in tables)
 
 
-def first_stamp(folder, own):
+def first_stamp(folder: str | Path, own: float) -> float:
     """Stamp [s] of the first ground truth of any robot of the set; `own` is that of one robot."""
     stamps = [own]
     for path in Path(folder).glob("Robot[1-5]_Groundtruth.dat"):

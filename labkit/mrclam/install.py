@@ -13,6 +13,7 @@ import tempfile
 import time
 import zipfile
 import zlib
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path, PurePosixPath
 
@@ -27,7 +28,7 @@ class DataMissingError(DataError):
     """A path that leads to nothing that can be read as a data set."""
 
 
-def folder():
+def folder() -> Path:
     """The data folder (which need not exist): $LABKIT_DATA, or `data` in the project or current folder."""
     named = os.environ.get("LABKIT_DATA")
     if named:
@@ -36,13 +37,13 @@ def folder():
     return (project if (project / "notebooks").is_dir() else Path.cwd()) / "data"
 
 
-def find(name):
+def find(name: str) -> Path | None:
     """Path of a data set ('MRCLAM_Dataset7') in the data folder or one folder below it, or None."""
     places = [folder() / name, *sorted(folder().glob(f"[!.]*/{name}"))]
     return next((place for place in places if place.is_dir()), None)
 
 
-def main(paths):
+def main(paths: Sequence[str]) -> int:
     """`labkit data PATH ...`: take in each path and say so; without a path, say what is there.
 
     Returns the exit code: 0 all is well, 1 a data set failed its verification, 2 a path cannot be read.
@@ -62,7 +63,7 @@ def main(paths):
     return code
 
 
-def take_in(path):
+def take_in(path: str | Path) -> list[str]:
     """Copy the data sets in `path`, a folder or a zip file, into the data folder: a sentence for each.
 
     A set is copied beside its place, verified there and then renamed, so that a half-copied or a bad
@@ -156,7 +157,7 @@ def _opened(path):
 
 
 def _in_zip(archive, path):
-    """The data sets in a zip, as `_in_folder` gives them; Unreadable for one that plays tricks.
+    """The data sets in a zip, as `_in_folder` gives them; DataMissingError for one that plays tricks.
 
     Only the plain names in FILES are ever written, so no entry can choose its place; that the others
     are refused too is because a data set with such entries is none.

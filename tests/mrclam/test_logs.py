@@ -8,7 +8,7 @@ import pytest
 
 import labkit.metrics as metrics
 from labkit import mrclam, replay, wrap
-from labkit.mrclam import example as mrclam_example
+from labkit.mrclam import example
 from labkit.mrclam.files import FILES, DataError, read_table, write_set
 
 from helpers.real_data import set7
@@ -181,7 +181,7 @@ def test_a_robot_that_saw_nothing(small, text):
     assert log.notes == ("Robot1_Measurement.dat has no rows: robot 1 saw nothing",)
     assert mrclam.with_compass(log).seen.shape == (0, 2)
     (small[0] / "Robot1_Odometry.dat").write_text(text)
-    with pytest.raises(DataError, match="Robot1_Odometry.dat has no rows"):
+    with pytest.raises(DataError, match=r"Robot1_Odometry\.dat has no rows"):
         mrclam.read(small[0], 1)
 
 
@@ -211,7 +211,7 @@ def test_a_line_of_garbage_is_named(small, bad):
 )
 def test_what_is_no_text_is_told(small, content):
     (small[0] / "Robot1_Groundtruth.dat").write_bytes(content)
-    with pytest.raises(DataError, match="Robot1_Groundtruth.dat"):
+    with pytest.raises(DataError, match=r"Robot1_Groundtruth\.dat"):
         mrclam.read(small[0], 1)
 
 
@@ -251,7 +251,7 @@ def test_a_missing_file_is_named(small, name):
     (small[0] / name).unlink()
     with pytest.raises(DataError, match=f"lacks {name}.*asrl.utias.utoronto.ca"):
         mrclam.read(small[0], 1)
-    with pytest.raises(DataError, match="is no folder with Robot1_Groundtruth.dat"):
+    with pytest.raises(DataError, match=r"is no folder with Robot1_Groundtruth\.dat"):
         mrclam.read(small[0] / "nowhere", 1)
 
 
@@ -329,11 +329,21 @@ def test_without_the_real_data_there_is_a_simulated_log_that_says_so(tmp_path, m
     assert "simulated" in mrclam.load(2, dataset=4).name
 
 
+def test_range_errors_are_what_a_range_is_too_long_and_need_a_truth():
+    log = mrclam.read(example.folder(), 1, start=200, duration=20)
+    errors = mrclam.range_errors(log)
+    longer = replace(log, seen=log.seen + [0.5, 0.0])
+    np.testing.assert_allclose(mrclam.range_errors(longer), errors + 0.5)
+    assert abs(errors.mean()) < 0.1 < errors.std() < 0.2  # example.SIGMA_RANGE is 0.15
+    with pytest.raises(ValueError, match="no ground truth"):
+        mrclam.range_errors(replace(log, truth=None))
+
+
 def test_the_simulated_set_is_the_same_each_time_and_plausible(tmp_path):
     (tmp_path / "again").mkdir()
-    again = mrclam_example.write(tmp_path / "again")
+    again = example.write(tmp_path / "again")
     for name in FILES:
-        assert (again / name).read_bytes() == (mrclam_example.folder() / name).read_bytes()
+        assert (again / name).read_bytes() == (example.folder() / name).read_bytes()
     for robot in range(1, 6):
         log = mrclam.read(again, robot, robots=True)
         assert np.isfinite(log.truth).all() and (abs(log.seen[:, 1]) < 0.7).all()
