@@ -42,8 +42,8 @@ from labkit import check, make_filter, metrics, mrclam, progress, replay, wrap
 from labkit.geometry import compose
 from labkit.legged import FIELD, PRESETS, FuzzyGrid, Hybrid, LeggedRobot, Memory, Noise
 from labkit.legged import ParticleFilter, Triangulation
-from labkit.legged import explore, play, race, ring, show_beliefs, show_walk, table
-from labkit.legged.plots import plot_experiment, plot_race
+from labkit.legged import explore, play, plot_experiment, plot_race, race, ring, show_beliefs
+from labkit.legged import show_walk, table
 
 # %% [markdown]
 # ## 1. The field and the robot

@@ -17,7 +17,14 @@ from .robot import FieldLog, LeggedRobot, Sighting
 from .triangulation import Triangulation
 
 # Drawing and widgets load on first use, as in labkit itself.
-_LAZY = {"explore": "widgets", "play": "widgets", "show_walk": "plots", "show_beliefs": "plots"}
+_LAZY = {
+    "explore": "widgets",
+    "play": "widgets",
+    "plot_experiment": "walkplots",
+    "plot_race": "raceplots",
+    "show_beliefs": "beliefplots",
+    "show_walk": "walkplots",
+}
 
 __all__ = [
     "FIELD",

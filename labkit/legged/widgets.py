@@ -11,12 +11,13 @@ from ..checks.feedback import FilterError
 from ..explorer import Explorer, Screen, button, sliders
 from ..log import make_filter, replay
 from ..widgets import moments, player
+from .beliefplots import BeliefPanel, Watched, beliefs_along
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
 from .noise import PRESETS
-from .plots import BeliefPanel, DistancePanel, SurprisePanel, WalkPanel, Watched, beliefs_along
 from .race import steps_until_found
 from .robot import DT, LeggedRobot
+from .walkplots import DistancePanel, SurprisePanel, WalkPanel
 
 STEPS, KIDNAP = 300, 150
 _LOG = {"value": 13.8, "min": 0, "step": 0.02, "readout_format": ".3g"}

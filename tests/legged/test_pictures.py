@@ -13,8 +13,20 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from labkit import make_filter, replay
-from labkit.legged import FuzzyGrid, LeggedRobot, Memory, ParticleFilter, explore, play, race, show_beliefs, show_walk
-from labkit.legged.plots import BeliefPanel, believed, plot_experiment, plot_race
+from labkit.legged import (
+    FuzzyGrid,
+    LeggedRobot,
+    Memory,
+    ParticleFilter,
+    explore,
+    play,
+    plot_experiment,
+    plot_race,
+    race,
+    show_beliefs,
+    show_walk,
+)
+from labkit.legged.beliefplots import BeliefPanel, believed
 from labkit.legged.widgets import WalkExplorer
 
 from helpers.drawings import kept, legible, names, pixels, shown, widgets

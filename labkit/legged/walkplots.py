@@ -1,0 +1,157 @@
+"""Pictures of the field and of walks on it: paths, errors, surprises. As in `labkit.plots`, a panel is set up once."""
+
+import numpy as np
+from matplotlib.patches import Circle, Rectangle
+
+from .. import metrics
+from ..geometry import ellipse
+from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow
+from .field import BEACONS, FIELD, GOALS
+
+YELLOW, SKY, PINK = "#F0C808", "#2E86DE", "#E377C2"
+
+
+def draw_field(ax, field=FIELD, title=""):
+    """Lines, goals and beacons of a field, all that never moves."""
+    x, y = field.length / 2, field.width / 2
+    ax.add_patch(Rectangle((-x, -y), 2 * x, 2 * y, fill=False, ec="0.6", lw=1.2))
+    ax.plot([0, 0], [-y, y], color="0.6", lw=1.2)
+    ax.add_patch(Circle((0, 0), 0.18, fill=False, ec="0.6", lw=1.2))  # the league's centre circle
+    colors = {"yellow": YELLOW, "blue": SKY, "pink": PINK}
+    for landmark in field.map:
+        if landmark.id in GOALS:
+            mouth, color = [-field.goal / 2, field.goal / 2], colors[landmark.id.split()[0]]
+            ax.plot([landmark.p[0]] * 2, mouth, color=color, lw=6, solid_capstyle="butt")
+        elif landmark.id in BEACONS:
+            upper, lower = landmark.id.split("-")
+            ax.plot(*landmark.p, "o", ms=9, mfc=colors[upper], mec=colors[lower], mew=3)
+    half = field.half + 0.25
+    ax.set_aspect("equal")
+    ax.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), xlabel="x [m]", ylabel="y [m]")
+    ax.set_title(title, fontsize=11)
+
+
+class WalkPanel:
+    """A whole walk: true path, estimated path, 3-sigma ellipses along it."""
+
+    def __init__(self, ax, field=FIELD, title="Walk, with 3σ ellipses"):
+        draw_field(ax, field, title)
+        (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
+        (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.2, label="estimate")
+        (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.6, alpha=0.7)
+        (self.lifted,) = ax.plot([], [], "x", color=BLUE, ms=9, mew=2)
+        (self.start,) = ax.plot([], [], "o", color=BLUE, ms=6)
+        self.artists = [self.ellipses, self.truth, self.estimate, self.lifted, self.start]
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, fontsize=8, frameon=False)
+
+    def show(self, log, history, ellipses=25):
+        self.truth.set_data(*pen_lifted(log.truth[:, :2], log.kidnapped).T)
+        self.start.set_data(*log.truth[[0, *(k + 1 for k in log.kidnapped)], :2].T)
+        self.lifted.set_data(*log.truth[list(log.kidnapped), :2].T)
+        # An estimate of "anywhere" is just the middle of the field.
+        sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
+        self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
+        every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
+        # Wider ones would fill the picture.
+        known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]
+        outline = ellipse(history.x[known, :2], history.P[known, :2, :2], points=40)
+        gap = np.full((len(known), 1, 2), np.nan)
+        self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
+        return self
+
+
+def pen_lifted(path, kidnapped):
+    """A path (N+1, 2) with the pen lifted where the robot was carried."""
+    return np.insert(path, [k + 1 for k in kidnapped], np.nan, axis=0)
+
+
+def _legend_below(ax):
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
+
+
+class DistancePanel:
+    """Error of the position and of the heading over time."""
+
+    def __init__(self, ax, duration, limit=8.0, kidnapped=True):
+        ax.set(xlim=(0, duration), ylim=(0.005, limit), yscale="log", xlabel="time [s]", ylabel="error")
+        ax.set_title("Error of the estimate", fontsize=11)
+        (self.distance,) = ax.plot([], [], "-", color=BLUE, lw=1.2, label="position [m]")
+        (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
+        (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
+        self.artists = [self.kidnap, self.heading, self.distance]
+        _legend_below(ax)
+
+    def show(self, log, history):
+        error, (low, high) = metrics.errors(history, log), self.distance.axes.get_ylim()
+        self.distance.set_data(log.times, np.hypot(*error[:, :2].T).clip(low, high))
+        self.heading.set_data(log.times, abs(error[:, 2]).clip(low, high))
+        at = log.times[list(log.kidnapped)]
+        self.kidnap.set_data(np.repeat(at, 3), np.tile([low, high, np.nan], len(at)))
+        return self
+
+
+class SurprisePanel:
+    """d2 of each sighting over time, and the bound above which one counts as a surprise."""
+
+    def __init__(self, ax, duration):
+        ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting")
+        ax.set_title("How surprising are the sightings?", fontsize=11)
+        (self.dots,) = ax.plot([], [], ".", color=BLUE, ms=3, label="one sighting")
+        (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
+        (self.find,) = ax.plot([], [], "|", color=VERMILION, ms=9, mew=1.5, label="grid at work")
+        self.artists = [self.dots, self.bound, self.find]
+        _legend_below(ax)
+
+    def show(self, times, d2, bound, finding):
+        low, high = self.dots.axes.get_ylim()
+        self.dots.set_data(times, np.clip(d2, low, high))
+        self.bound.set_data(self.dots.axes.get_xlim(), [bound, bound])
+        self.find.set_data(finding, np.full(len(finding), 1.6 * low))
+        return self
+
+
+def plot_experiment(axes, log, history):
+    """The paper's figures 6 to 8: error of (x, y) and of the heading over time, with what it says is never exceeded."""
+    error = metrics.errors(history, log)
+    for ax, values, bound, label in [
+        (axes[0], 100 * np.hypot(*error[:, :2].T), 7, "position error [cm]"),
+        (axes[1], np.rad2deg(abs(error[:, 2])), 60, "heading error [°]"),
+    ]:
+        ax.plot(log.times, values, "-", color=BLUE, lw=1.1)
+        ax.axhline(bound, color=ORANGE, ls="--", lw=1.3)
+        ax.set(xlim=(0, log.times[-1]), ylim=(0, 1.15 * max(bound, values.max())), xlabel="time [s]", ylabel=label)
+
+
+def show_walk(log, history=None, title=""):
+    """A walk on the field and, with the History of a filter, its error over time."""
+    import matplotlib.pyplot as plt  # here only: the panels need no pyplot
+
+    if history is None:
+        figure, ax = plt.subplots(figsize=(6.4, 4.6), layout="constrained")
+        _draw_walk(ax, log, title)
+    else:
+        figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained", width_ratios=[1.3, 1])
+        WalkPanel(axes[0], log.field).show(log, history)
+        carried = bool(log.kidnapped)
+        DistancePanel(axes[1], log.times[-1], 8.0 if carried else 1.0, carried).show(log, history)
+        for panel in axes:
+            panel.get_legend().set(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+        figure.suptitle(title)
+    plt.show()
+
+
+def _draw_walk(ax, log, title):
+    """A field whose landmarks have their names, the true path and the heading on it."""
+    draw_field(ax, log.field, title)
+    for landmark in log.map:
+        x, y = landmark.p
+        side = "center" if y else "left" if x < 0 else "right"
+        off = (0, -14 * np.sign(y)) if y else (-10 * np.sign(x), 0)
+        style = {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 8, "color": "0.35"}
+        ax.annotate(landmark.id, (x, y), off, **style)
+    ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start")
+    ax.plot(*pen_lifted(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
+    for k in range(0, len(log) + 1, 20):
+        label = "heading, every 2 s" if k == 0 else None
+        ax.plot(*arrow(log.truth[k], 0.18).T, "-", color=VERMILION, lw=1.2, label=label)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=9, frameon=False)
