@@ -1,6 +1,9 @@
 """One recorded run, simulated or real, and a filter's history over it."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -8,6 +11,9 @@ from .checks.feedback import FilterError, LabError, explain
 from .geometry import as_covariance, root
 from .robot import add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed
+
+if TYPE_CHECKING:
+    from .team.log import TeamLog
 
 START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
 START_COV = 3.0 * np.eye(2)  # ... give or take 1.7 m
@@ -46,6 +52,9 @@ class Log:
     range: float | None = None
     name: str = "simulated run"
     notes: tuple = field(default=())
+
+    fields: ClassVar = ("xk_k", "Pk_k")  # where a filter for such a log has its mean and its covariance
+    shape: ClassVar = None  # of that mean: as many numbers as the filter has
 
     def __post_init__(self):
         n = len(self.controls)
@@ -92,6 +101,9 @@ class Log:
         ends = np.cumsum(self.count).tolist()
         return [landmarks[a:b] for a, b in zip([0, *ends], ends)]
 
+    def judge(self, history: "History") -> None:
+        """What `replay` asks of what a filter believed: of one robot, nothing more than numbers."""
+
     def seen_by(self, sensor, R, range=None, rng=None):
         """The same drive seen by another sensor: same truth and controls, new measurements."""
         if self.truth is None:
@@ -108,6 +120,8 @@ class History:
     times (N+1,) [s];  x (N+1, n) means;  P (N+1, n, n) covariances; entry 0 is the start.
     x_prior (N, n), P_prior (N, n, n): after `predict`, before `update`.
     R (2, 2): the covariance of one landmark that the filter used, or None if it has no field R.
+    d2, gate: N lists of the squared distances of each step's readings, and the gate, if it has these fields.
+    Of a team of robots: x (N+1, robots, 3) and x_prior (N, robots, 3), with covariances of all their numbers.
     """
 
     times: np.ndarray
@@ -116,6 +130,8 @@ class History:
     x_prior: np.ndarray
     P_prior: np.ndarray
     R: np.ndarray | None
+    d2: Sequence[list] = ()
+    gate: float = np.inf
 
 
 def simulate(robot, map, steps=None):
@@ -175,48 +191,68 @@ def _made(make):
         raise FilterError(f"Your filter could not be made. {explain(error)}") from error
 
 
-def replay(kf, log):
+def replay(kf: Any, log: "Log | TeamLog") -> History:
     """Run a filter over a recorded log and return its History.
 
-    kf: any object with `predict(u)`, `update(y)`, `xk_k` (n,) and `Pk_k` (n, n).
-    Raises FilterError, with the step and the student's own line, when the filter raises or when
-    what it leaves in `xk_k` and `Pk_k` is no estimate.
+    kf: any object with `predict(u)`, `update(y)` and the two `fields` of such a log: `xk_k` (n,) and `Pk_k` (n, n), or
+    of a team of n robots `x` (n, 3) and `P` (3n, 3n).
+    Raises FilterError, with the step and the student's own line, when the filter raises or when what it leaves there
+    is no estimate.
     """
-    measurements, controls = log.measurements(), log.controls.copy()
-    k, n = -1, 2
+    steps, k, shapes, d2 = len(log), -1, _shapes(log, 2), []
+
+    def keep(row, *into):
+        for name, array in zip(log.fields, into):
+            value = getattr(kf, name)
+            if np.shape(value) != shapes[name]:
+                raise ValueError(_shape_problem(kf, shapes))
+            array[row] = value
+
     try:
-        n = len(np.asarray(kf.xk_k))
-        steps = len(log)
-        x, P = np.empty((steps + 1, n)), np.empty((steps + 1, n, n))
-        x_prior, P_prior = np.empty((steps, n)), np.empty((steps, n, n))
-        x[0], P[0] = kf.xk_k, kf.Pk_k
-        for k, y in enumerate(measurements):
-            kf.predict(controls[k])
-            x_prior[k], P_prior[k] = kf.xk_k, kf.Pk_k
+        shapes = _shapes(log, len(getattr(kf, log.fields[0])))
+        x, P = (np.empty((steps + 1, *shape)) for shape in shapes.values())
+        x_prior, P_prior = np.empty_like(x[1:]), np.empty_like(P[1:])
+        keep(0, x, P)
+        for k, (u, y) in enumerate(zip(log.controls.copy(), log.measurements())):
+            kf.predict(u)
+            keep(k, x_prior, P_prior)
             kf.update(y)
-            x[k + 1], P[k + 1] = kf.xk_k, kf.Pk_k
+            keep(k + 1, x, P)
+            d2.append(_as_list(getattr(kf, "d2", ())))
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
-        problem = explain(error) if isinstance(error, LabError) else _shape_problem(kf, n) or explain(error)
-        raise FilterError(f"Your filter stopped in step {k + 1} of {len(log)}.\n{problem}") from error
-    bad = ~(np.isfinite(x).all(axis=1) & np.isfinite(P).all(axis=(1, 2)))
+        problem = explain(error) if isinstance(error, LabError) else _shape_problem(kf, shapes) or explain(error)
+        raise FilterError(f"Your filter stopped in step {k + 1} of {steps}.\n{problem}") from error
+    bad = ~np.isfinite(np.concatenate([x.reshape(steps + 1, -1), P.reshape(steps + 1, -1)], axis=1)).all(axis=1)
     if bad.any():
         raise FilterError(
-            f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number "
+            f"After step {int(bad.argmax())} of {steps} your filter's estimate is not a number "
             "(NaN or infinite). Look for a division by zero or a covariance that grows without end."
         )
     R = getattr(kf, "R", None)
-    return History(log.times, x, P, x_prior, P_prior, None if R is None else np.array(R, dtype=float))
+    R = None if R is None else np.array(R, dtype=float)
+    history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf))
+    log.judge(history)
+    return history
 
 
-def _shape_problem(kf, n):
-    for name, ndim in (("xk_k", 1), ("Pk_k", 2)):
+def _shapes(log, n):
+    """{field: shape} of mean and covariance: as the log has it, or of n numbers."""
+    shape = log.shape or (n,)
+    return dict(zip(log.fields, (shape, 2 * (math.prod(shape),))))
+
+
+def _as_list(value):
+    return list(value) if isinstance(value, list | tuple | np.ndarray) else []
+
+
+def _shape_problem(kf, shapes):
+    for name, due in shapes.items():
         try:
             shape = np.shape(getattr(kf, name))
         except Exception:
             return f"{name} is missing or not an array of numbers."
-        if len(shape) != ndim:
-            want = f"({n},)" if ndim == 1 else f"({n}, {n})"
-            return f"{name} should have shape {want}, but it has shape {shape}."
+        if shape != due:
+            return f"{name} should have shape {due}, but it has shape {shape}."
     return ""

@@ -38,11 +38,10 @@ import time
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import check, mrclam, progress, wrap
+from labkit import check, mrclam, progress, replay, wrap
 from labkit.geometry import compose, relative, transform
 from labkit.team import TeamNoise, by_alignment, dead_reckoned, delayed, frame_errors
-from labkit.team import explore, later, nees, of_logs, play, relative_nees, replay
-from labkit.team import scenarios
+from labkit.team import explore, later, nees, of_logs, play, relative_nees, scenarios
 from labkit.team.bound import least_squares
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.formation import CROSSING, WAY, run, triangle
@@ -63,7 +62,7 @@ fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
 draw_paths(ax, log.truth, dead_reckoned(log), log.name, what="odometry")
 ax.legend(fontsize=8, frameon=False)
 plt.show()
-print("in the first step", *log.seen()[0])
+print("in the first step", *log.measurements()[0])
 
 # %% [markdown]
 # ## 2. Where does the observer stand?
@@ -327,11 +326,12 @@ def started(log, rng, KF=None, told=noise, **options):
     return (KF or GroupEKF)(x0, np.diag(sigma.ravel() ** 2), told, **options)
 
 
-x, P = replay(started(log, 1, PaperEKF), log)
-errors, odometry = frame_errors(x, log.truth), frame_errors(dead_reckoned(log), log.truth)
+history = replay(started(log, 1, PaperEKF), log)
+errors = frame_errors(history.x, log.truth)
+odometry = frame_errors(dead_reckoned(log), log.truth)
 
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
-draw_paths(axes[0], log.truth, x, "figure 3: two observers, a cross")
+draw_paths(axes[0], log.truth, history.x, "figure 3: two observers, a cross")
 axes[0].legend(fontsize=8, frameon=False)
 draw_errors(axes[1], log.times, {"odometry": odometry.aligned, "filter": errors.aligned})
 plt.show()
@@ -343,9 +343,9 @@ print(f"mean error: odometry {before:.1f} cm, filter {after:.1f} cm")
 
 # %%
 log = scenarios.cross(rng=1)
-x, P = replay(started(log, 1, PaperEKF), log)
+history = replay(started(log, 1, PaperEKF), log)
 all_but_heading = np.delete(np.arange(3 * log.n), 2)  # the paper has no heading of robot 0
-value = nees(x, P, log.truth, all_but_heading).mean()
+value = nees(history.x, history.P, log.truth, all_but_heading).mean()
 print(f"NEES per dimension: {value:.0f} (1 is honest)")
 
 # %% [markdown]
@@ -392,9 +392,9 @@ check("team-ekf", GroupEKF)
 
 # %%
 log = scenarios.cross(rng=1)
-x, P = replay(started(log, 1), log)
-after = 100 * frame_errors(x, log.truth).aligned.mean()
-value = nees(x, P, log.truth).mean()
+history = replay(started(log, 1), log)
+after = 100 * frame_errors(history.x, log.truth).aligned.mean()
+value = nees(history.x, history.P, log.truth).mean()
 print(f"the cross again: {after:.1f} cm, NEES per dimension {value:.2f}")
 
 # %% [markdown]
@@ -406,7 +406,7 @@ fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
 for ax, (name, KF) in zip(
     axes, [("only robot 0 moves", PaperEKF), ("with each one's odometry", GroupEKF)]
 ):
-    x, P = replay(started(log, 2, KF), log)
+    x = replay(started(log, 2, KF), log).x
     one = frame_errors(x, log.truth)
     draw_paths(ax, log.truth, x, f"figure 6: {name}")
     ax.set(xlim=(-6.6, 6.6), ylim=(-5, 5))
@@ -435,8 +435,7 @@ def own_start(log, metres=3.3):
 
 
 kf, rest = own_start(scenarios.cross(rng=1))
-x, P = replay(kf, rest)
-first, last = 100 * frame_errors(x, rest.truth).ego[[0, -1]]
+first, last = 100 * frame_errors(replay(kf, rest).x, rest.truth).ego[[0, -1]]
 print(f"on its own: {first:.1f} cm at first, {last:.1f} cm at last (ego)")
 
 # %% [markdown]
@@ -452,7 +451,7 @@ for seed in progress(range(10)):
     kf = started(one, seed, told=white, inflate=1.0)
     x0, P0 = kf.x.copy(), kf.P.copy()
     for name, x in (
-        ("filter", replay(kf, one)[0]),
+        ("filter", replay(kf, one).x),
         ("least squares", least_squares(one, x0, P0, white)),
     ):
         errors = frame_errors(x, one.truth)
@@ -476,8 +475,8 @@ team = of_logs(log.logs[:5], range(5))
 with_posts = of_logs([log.logs[i] for i in (0, 5, 6, 7, 8)], (0, 5, 6, 7, 8))
 on_map = GroupEKF(with_posts.truth[0], 1e-12 * np.eye(15), noise)
 runs = {"gate 13.8": started(team, 3), "no gate": started(team, 3, gate=np.inf)}
-poses = {name: replay(kf, team)[0] for name, kf in runs.items()}
-reference = replay(on_map, with_posts)[0][:, :1]
+poses = {name: replay(kf, team).x for name, kf in runs.items()}
+reference = replay(on_map, with_posts).x[:, :1]
 odometry = dead_reckoned(team)[:, :1]
 
 fig, axes = plt.subplots(1, 3, figsize=(12, 4.0), layout="constrained")
@@ -524,9 +523,9 @@ explore(started)
 
 # %%
 log = scenarios.rectangle(rng=3)
-x, P = replay(started(log, 3), log)
-turned = transform(x, np.deg2rad(4))
-errors, of_turned = frame_errors(x, log.truth), frame_errors(turned, log.truth)
+history = replay(started(log, 3), log)
+turned = transform(history.x, np.deg2rad(4))
+errors, of_turned = frame_errors(history.x, log.truth), frame_errors(turned, log.truth)
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
 draw_paths(axes[0], log.truth, turned, "figure 5: the same estimate, turned by 4°")
 draw_errors(
@@ -663,9 +662,9 @@ for degrees in (0.75, 5):
         values = []
         for seed in range(3):
             log = scenarios.cross(rng=seed, noise=told)
-            x, P = replay(started(log, seed, KF, told, inflate=1.0), log)
-            errors = frame_errors(x, log.truth)
-            values.append([100 * errors.ego.mean(), nees(x, P, log.truth).mean()])
+            history = replay(started(log, seed, KF, told, inflate=1.0), log)
+            ego = frame_errors(history.x, log.truth).ego.mean()
+            values.append([100 * ego, nees(history.x, history.P, log.truth).mean()])
         far, value = np.median(values, axis=0)
         print(f"{degrees:5.2f}° {name:30s} {far:5.1f} cm {value:6.2f}")
 
@@ -781,7 +780,7 @@ kf = started(log, 1)
 pf = TeamParticles(300, kf.x, kf.P, noise, rng=1)
 unsure = kf.P + np.diag([0, 0, 0, *2 * [0.5, 0.5, 0.03]])  # of the observers only
 early = TeamParticles(300, kf.x, unsure, noise, rng=1)
-for u, seen in list(zip(log.odometry, log.seen()))[:20]:
+for u, seen in list(zip(log.controls, log.measurements()))[:20]:
     early.predict(u)
     early.update(seen)
 
@@ -795,7 +794,7 @@ axes[0].legend(fontsize=8, frameon=False)
 errors = {}
 for name, one in (("your filter", kf), ("300 particles", pf)):
     start = time.perf_counter()
-    errors[name] = frame_errors(replay(one, log)[0], log.truth).ego
+    errors[name] = frame_errors(replay(one, log).x, log.truth).ego
     cost = 1e3 * (time.perf_counter() - start) / len(log)
     print(f"{name:14s} {100 * errors[name].mean():.1f} cm (ego), {cost:.2f} ms a step")
 draw_errors(axes[1], log.times, errors, limit=10)
@@ -880,7 +879,7 @@ class FastEKF(GroupEKF):
 
 # %%
 log = scenarios.rectangle(rng=1, laps=1)  # with false readings: each needs its gate
-one, two = (replay(started(log, 1, KF), log)[0] for KF in (GroupEKF, FastEKF))
+one, two = (replay(started(log, 1, KF), log).x for KF in (GroupEKF, FastEKF))
 print("the same to 2 cm:", bool(abs(one - two)[..., :2].max() < 0.02))
 
 
@@ -939,7 +938,7 @@ print(f"1000 pair filters: {took[6, 2]:.2f} ms")
 # %%
 log = scenarios.moving(rng=1)
 for lost in (0.0, 0.2, 0.5):
-    each = [replay(started(log, 1), delayed(log, 0, lost, rng=i))[0] for i in range(3)]
+    each = [replay(started(log, 1), delayed(log, 0, lost, rng=i)).x for i in range(3)]
     apart = max(np.abs(x - each[0])[..., :2].max() for x in each[1:])
     ego = np.mean([frame_errors(x, log.truth).ego.mean() for x in each])
     print(
@@ -955,8 +954,7 @@ for lost in (0.0, 0.2, 0.5):
 # %%
 for steps, lost in ((0, 0.0), (0, 0.5), (2, 0.0), (5, 0.0)):
     radio = delayed(log, steps, lost, rng=1)
-    x, P = replay(started(radio, 1), radio)
-    ego = frame_errors(x, log.truth).ego.mean()
+    ego = frame_errors(replay(started(radio, 1), radio).x, log.truth).ego.mean()
     print(f"{100 * lost:2.0f} % lost, {0.2 * steps:.1f} s late: {100 * ego:5.1f} cm (ego)")
 
 # %% [markdown]
@@ -1009,7 +1007,7 @@ class Patient:
 
 # %%
 radio = delayed(log, 5)
-x, P = replay(Patient(started(radio, 1), 5), radio)
+x = replay(Patient(started(radio, 1), 5), radio).x
 print(
     f"1.0 s late, with patience: {100 * frame_errors(x, log.truth).ego.mean():.1f} cm (ego)"
 )
@@ -1066,10 +1064,10 @@ for name, log, noise_told, inflate in (
     ("corrected", better, wheels, 2.0),
     ("every reading", better, dataclasses.replace(wheels, range=0.11, bearing=0.017), 2.0),
 ):
-    x, P = replay(GroupEKF(real.truth[0], P0, noise_told, inflate=inflate), log)
-    honest = relative_nees(x, P, real.truth)
+    history = replay(GroupEKF(real.truth[0], P0, noise_told, inflate=inflate), log)
+    honest = relative_nees(history.x, history.P, real.truth)
     print(
-        f"{name:18s} {relative_rms(x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)"
+        f"{name:18s} {relative_rms(history.x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)"
     )
 
 # %% [markdown]
@@ -1155,7 +1153,7 @@ class InvariantEKF(GroupEKF):
 
 # %% tags=["nbval-ignore-output"]
 log = scenarios.cross(rng=1)
-both = [replay(started(log, 1, KF), log)[0] for KF in (GroupEKF, InvariantEKF)]
+both = [replay(started(log, 1, KF), log).x for KF in (GroupEKF, InvariantEKF)]
 print("a good start, both alike to 1 cm:", bool(abs(both[0] - both[1])[..., :2].max() < 0.01))
 coarse = np.tile([0.5, 0.5, np.deg2rad(60)], (3, 1))
 coarse[0] = 1e-6
@@ -1164,12 +1162,8 @@ for seed in progress(range(10)):
     log = scenarios.cross(rng=seed, noise=white)
     x0 = log.truth[0] + coarse * np.random.default_rng(seed + 99).standard_normal((3, 3))
     for name, KF in zip(values, (GroupEKF, InvariantEKF)):
-        x, P = replay(KF(x0, np.diag(coarse.ravel() ** 2), white, np.inf, 1.0), log)
-        e = x[-1] - log.truth[-1]
-        e[:, 2] = wrap(e[:, 2])
-        values[name].append(
-            e.ravel() @ np.linalg.solve(P[-1] + 1e-12 * np.eye(9), e.ravel()) / 9
-        )
+        history = replay(KF(x0, np.diag(coarse.ravel() ** 2), white, np.inf, 1.0), log)
+        values[name].append(nees(history.x, history.P, log.truth)[-1])
 for name, value in values.items():
     print(f"{name:14s} NEES per dimension at the end: {np.mean(value):.2f} (1 is honest)")
 
@@ -1282,8 +1276,8 @@ print("passed")
 values = []
 for k in range(6):
     log, (x0, P0, told) = watched(exam.rng(f"run {k}"), steps=150)
-    x, P = exam.team(GroupEKF, log, x0, P0, told, inflate=1.0)
-    values.append(nees(x, P, log.truth)[10:].mean())
+    history = exam.team(GroupEKF, log, x0, P0, told, inflate=1.0)
+    values.append(nees(history.x, history.P, log.truth)[10:].mean())
 if not 0.3 < np.mean(values) < 2.0:
     exam.fail(
         f"The NEES per dimension is {np.mean(values):.2f} over six runs: about 1 is honest."

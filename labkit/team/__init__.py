@@ -9,8 +9,8 @@ from importlib import import_module
 from .frame import frame_errors, nees, relative_nees
 from .hall import Route, Team, TeamNoise
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
-from .run import FrameWarning, replay
 from .start import by_alignment
+from .warning import FrameWarning
 
 # Widgets load on first use, as in labkit itself.
 _LAZY = {"explore": "widgets", "play": "widgets"}
@@ -29,7 +29,6 @@ __all__ = [
     "nees",
     "of_logs",
     "relative_nees",
-    "replay",
     *_LAZY,
 ]
 

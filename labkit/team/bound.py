@@ -16,12 +16,12 @@ def least_squares(log, x0, P0, noise, believe=None, rounds=8):
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
 
-    n, N, u = log.n, len(log), log.odometry
+    n, N, u = log.n, len(log), log.controls
     # Robots that stand have no odometry noise; a tenth of a millimetre keeps the system regular.
     sigma = np.maximum(noise.of_step(u), [1e-4, 1e-4, 1e-5])
     seen = [
         (k + 1, i, j, *z)
-        for k, one in enumerate(log.seen())
+        for k, one in enumerate(log.measurements())
         for i, j, z in one
         if believe is None or believe(k, i, j, z)
     ]

@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
+from typing import ClassVar
 
 import numpy as np
 
+from ..checks.feedback import FilterError
 from ..geometry import compose
 from ..log import Log
 from ..world import Map
+from .warning import warn_of
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class TeamLog:
     logs: tuple
     ids: tuple
     name: str = "simulated team"
+
+    fields: ClassVar = ("x", "P")  # where a filter for such a log has its mean and its covariance
 
     def __post_init__(self):
         if len(self.logs) < 2 or len(self.logs) != len(self.ids):
@@ -58,8 +63,8 @@ class TeamLog:
         return self.logs[0].times
 
     @property
-    def odometry(self):
-        """(N, n, 3) of each step and robot [m, m, rad]."""
+    def controls(self):
+        """(N, n, 3) odometry of each step and robot [m, m, rad]."""
         return np.stack([log.controls for log in self.logs], axis=1)
 
     @property
@@ -69,7 +74,7 @@ class TeamLog:
             return None
         return np.stack([log.truth for log in self.logs], axis=1)
 
-    def seen(self):
+    def measurements(self):
         """N lists of (observer, target, (2,) range [m] and bearing [rad]), observer and target counted from 0."""
         place = {name: i for i, name in enumerate(self.ids)}
         lists = [[] for _ in range(len(self))]
@@ -78,11 +83,23 @@ class TeamLog:
                 lists[k].append((i, place[name], z))
         return lists
 
+    @property
+    def shape(self):
+        """(n, 3): of a filter's mean."""
+        return self.n, 3
+
+    def judge(self, history):
+        """Raise FilterError for a variance below zero; a FrameWarning where most readings contradict the estimate."""
+        if (bad := np.diagonal(history.P, axis1=1, axis2=2).min(axis=1) < -1e-9).any():
+            step = f"After step {int(bad.argmax())} of {len(self)}"
+            raise FilterError(f"{step} a variance in your filter's P is negative.")
+        warn_of(history, self.measurements(), self.ids)
+
 
 def dead_reckoned(log, start=None):
     """Poses (N+1, n, 3) by odometry alone, from the poses `start` (n, 3), by default the true ones."""
     poses = [np.array(log.truth[0] if start is None else start, dtype=float)]
-    for u in log.odometry:
+    for u in log.controls:
         poses.append(compose(poses[-1], u))
     return np.array(poses)
 

@@ -35,7 +35,7 @@ def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"
 def draw_readings(ax, log, poses, color=ORANGE):
     """Where each reading places its target, in the frame of the poses (N+1, n, 3) of those who saw it."""
     points = []
-    for k, seen in enumerate(log.seen(), 1):
+    for k, seen in enumerate(log.measurements(), 1):
         points += [located(poses[k, i, :2], z + [0, poses[k, i, 2]], "rb") for i, _, z in seen]
     points = np.array(points).reshape(-1, 2)
     ax.plot(*points.T, ".", color=color, ms=2, alpha=0.5, label="readings")

@@ -9,12 +9,13 @@ from ..canvas import Canvas
 from ..checks.feedback import FilterError, explain
 from ..explorer import Explorer, button, sliders
 from ..geometry import align, transform
+from ..log import replay
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player
 from . import scenarios
 from .frame import frame_errors, nees
 from .plots import COLORS, FormationPanel
-from .run import FrameWarning, replay
+from .warning import FrameWarning
 
 RUNS = {"cross": scenarios.cross, "rectangle": scenarios.rectangle, "moving": scenarios.moving}
 _LOG, _FOUR = {"step": 0.02, "readout_format": ".3g"}, np.log10(4)
@@ -90,8 +91,8 @@ class TeamExplorer(Explorer):
     def _show(self):
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter("always", FrameWarning)
-            x, P = replay(self._made(), self.log)
-        truth = self.log.truth
+            history = replay(self._made(), self.log)
+        x, truth = history.x, self.log.truth
         errors = frame_errors(x, truth)
         angle, shift = align(x[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
         seen = transform(x, angle, shift)
@@ -103,7 +104,7 @@ class TeamExplorer(Explorer):
             line.set_data(self.log.times, (100 * getattr(errors, name)).clip(0.2, 500))
         text = (
             f"mean error: aligned {100 * errors.aligned.mean():.1f} cm, ego {100 * errors.ego.mean():.1f} cm · "
-            f"NEES per dimension {nees(x, P, truth).mean():.1f} · "
+            f"NEES per dimension {nees(x, history.P, truth).mean():.1f} · "
             f"the frame has turned by {np.rad2deg(errors.turned):.2f}°"
         )
         if any(issubclass(doubt.category, FrameWarning) for doubt in doubts):

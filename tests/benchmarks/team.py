@@ -15,10 +15,15 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from labkit import Landmark, metrics, random_map  # noqa: E402
+from labkit import (  # noqa: E402
+    Landmark,
+    metrics,
+    random_map,
+    replay,  # noqa: E402
+)
 from labkit.geometry import relative  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
-from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, replay, scenarios  # noqa: E402
+from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, scenarios  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
@@ -50,9 +55,9 @@ def filters(runs):
                 if name == "dead reckoning":
                     x = dead_reckoned(log)
                 else:
-                    x, P = replay(started(log, seed, KF=name), log)
-                    part = np.delete(np.arange(3 * log.n), 2) if name == "PaperEKF" else None
-                    value = nees(x, P, log.truth, part).mean()
+                    h = replay(started(log, seed, KF=name), log)
+                    x, part = h.x, np.delete(np.arange(3 * log.n), 2) if name == "PaperEKF" else None
+                    value = nees(x, h.P, log.truth, part).mean()
                 one = frame_errors(x, log.truth)
                 errors.append([100 * one.ego.mean(), 100 * one.aligned.mean(), value])
             e = np.median(errors, axis=0)
@@ -67,12 +72,12 @@ def honesty(runs):
         log = scenarios.cross(rng=seed, noise=WHITE)
         kf = started(log, seed, WHITE, inflate=1.0)
         x0, P0 = kf.x.copy(), kf.P.copy()
-        x, P = replay(kf, log)
+        h = replay(kf, log)
         best = frame_errors(least_squares(log, x0, P0, WHITE), log.truth)
-        one = frame_errors(x, log.truth)
+        one = frame_errors(h.x, log.truth)
         last.append(one.ego[-1] / best.ego[-1])
         whole.append(one.aligned.mean() / best.aligned.mean())
-        values.append(9 * nees(x, P, log.truth))
+        values.append(9 * nees(h.x, h.P, log.truth))
     mean = np.mean(values, axis=0)
     low, high = metrics.chi2_bounds(9, runs=runs)
     print(
@@ -87,9 +92,9 @@ def hard(runs):
     pairs, dark = [], []
     for seed in range(runs):
         both = [scenarios.rectangle(rng=seed, probability=p) for p in (0.0, 0.3)]
-        pairs.append([frame_errors(replay(started(log, seed), log)[0], log.truth).aligned.mean() for log in both])
+        pairs.append([frame_errors(replay(started(log, seed), log).x, log.truth).aligned.mean() for log in both])
         log = scenarios.rectangle(rng=seed, probability=0.0, dark=(300, 600), laps=2)
-        dark.append(frame_errors(replay(started(log, seed), log)[0], log.truth).ego[610])
+        dark.append(frame_errors(replay(started(log, seed), log).x, log.truth).ego[610])
     clean, false = np.median(pairs, axis=0)
     print(f"false readings behind the gate: {100 * (false / clean - 1):+.0f} % (at most 5)")
     print(f"60 s without sight, 2 s later: {100 * np.percentile(dark, 95):.1f} cm in 95 % (at most 10)")

@@ -5,20 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from labkit import replay
 from labkit.geometry import compose, relative
-from labkit.team import (
-    Route,
-    Team,
-    TeamNoise,
-    delayed,
-    frame_errors,
-    later,
-    nees,
-    of_logs,
-    relative_nees,
-    replay,
-    scenarios,
-)
+from labkit.team import Route, Team, TeamNoise, delayed, frame_errors, later, nees, of_logs, relative_nees, scenarios
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.pairs import PairFilters
 
@@ -72,7 +61,7 @@ def test_it_is_filterpys_extended_filter():
         d[1] = (d[1] + np.pi) % (2 * np.pi) - np.pi
         return d
 
-    for u, seen in zip(log.odometry, log.seen()):
+    for u, seen in zip(log.controls, log.measurements()):
         F, Q = np.eye(9), np.zeros((9, 9))
         for i, (ui, theta) in enumerate(zip(u, theirs.x[2::3])):
             c, s = np.cos(theta), np.sin(theta)
@@ -106,7 +95,7 @@ def test_it_is_filterpys_extended_filter():
 def test_the_fast_filter_is_the_same_where_readings_come_one_by_one():
     log = team_of(4, 2, steps=30)
     one, two = (started(log, 2, WHITE, KF=name) for name in ("GroupEKF", "FastEKF"))
-    for u, seen in zip(log.odometry, log.seen()):
+    for u, seen in zip(log.controls, log.measurements()):
         for kf in (one, two):
             kf.predict(u)
             kf.update(seen[:1])
@@ -120,7 +109,7 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
     x0 = log.truth[0] + [[0.1, -0.05, 0.05], [0, 0, 0]]
     joint = answer("GroupEKF")(x0, P0, WHITE)
     pair = PairFilters(relative(x0[:1], x0[1:]), P0[None, :3, :3], WHITE)
-    for u, seen in zip(log.odometry, log.seen()):
+    for u, seen in zip(log.controls, log.measurements()):
         joint.predict(u)
         joint.update(seen)
         pair.predict(u[0], u[1:])
@@ -133,7 +122,7 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
 def test_a_filter_that_starts_with_section_two_alone_finds_the_others():
     for seed in range(4):
         kf, rest = answer("own_start")(scenarios.cross(rng=seed))
-        errors = frame_errors(replay(kf, rest)[0], rest.truth)
+        errors = frame_errors(replay(kf, rest).x, rest.truth)
         assert errors.ego[0] < 0.15 and errors.ego[50:].mean() < 0.04
 
 
@@ -141,7 +130,7 @@ def test_a_log_can_begin_later():
     log = scenarios.cross(rng=5)
     rest = later(log, 100)
     assert len(rest) == len(log) - 100 and np.array_equal(rest.truth, log.truth[100:])
-    assert [len(s) for s in rest.seen()] == [len(s) for s in log.seen()[100:]]
+    assert [len(s) for s in rest.measurements()] == [len(s) for s in log.measurements()[100:]]
     with pytest.raises(ValueError, match="first must be a step"):
         later(log, 620)
 
@@ -182,7 +171,8 @@ def test_points_with_the_spread_of_their_own_reading_deceive():
     for seed in range(4):
         log = scenarios.cross(rng=seed, noise=told)
         for name in values:
-            values[name].append(nees(*replay(started(log, seed, told, name, inflate=1.0), log), log.truth).mean())
+            h = replay(started(log, seed, told, name, inflate=1.0), log)
+            values[name].append(nees(h.x, h.P, log.truth).mean())
     mean = {name: np.mean(value) for name, value in values.items()}
     assert mean["ConvertedKF"] == pytest.approx(mean["GroupEKF"], abs=0.2) and mean["AtReading"] > 2
 
@@ -192,9 +182,9 @@ def test_points_with_the_spread_of_their_own_reading_deceive():
 
 def test_robots_that_hear_the_same_build_the_same_frame():
     log = scenarios.moving(rng=1)
-    one, two = (replay(started(log, 1), delayed(log, 0, 0.0, rng=i))[0] for i in (0, 1))
+    one, two = (replay(started(log, 1), delayed(log, 0, 0.0, rng=i)).x for i in (0, 1))
     assert np.array_equal(one, two)
-    lossy = [replay(started(log, 1), delayed(log, 0, 0.5, rng=i))[0] for i in (0, 1)]
+    lossy = [replay(started(log, 1), delayed(log, 0, 0.5, rng=i)).x for i in (0, 1)]
     assert not np.array_equal(*lossy)
     assert np.mean([frame_errors(x, log.truth).ego.mean() for x in lossy]) < 0.06
 
@@ -202,7 +192,7 @@ def test_robots_that_hear_the_same_build_the_same_frame():
 def test_posts_that_are_known_make_a_map_of_the_hall():
     log = scenarios.rectangle(rng=3, laps=1, posts=True)
     part = of_logs([log.logs[i] for i in (0, 5, 6, 7, 8)], (0, 5, 6, 7, 8))
-    x, _ = replay(answer("GroupEKF")(part.truth[0], 1e-12 * np.eye(15), NOISE), part)
+    x = replay(answer("GroupEKF")(part.truth[0], 1e-12 * np.eye(15), NOISE), part).x
     assert np.allclose(x[-1, 1:], part.truth[-1, 1:], atol=1e-3)
     assert frame_errors(x, part.truth).gauge.mean() < 0.04
 

@@ -8,9 +8,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from labkit import replay
 from labkit.canvas import Canvas
 from labkit.geometry import transform
-from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, play, plots, replay, scenarios
+from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, play, plots, scenarios
 from labkit.team import widgets as kit
 from labkit.team.formation import WAY, run, triangle
 
@@ -63,7 +64,7 @@ def test_paths_are_the_logs(drawn):
 def test_exact_readings_lie_on_the_robot_that_was_seen_and_errors_are_in_centimetres(drawn):
     log, (left, right) = short(noise=TeamNoise(*[0.0] * 9)), plt.figure(layout="constrained").subplots(1, 2)
     plots.draw_readings(left, log, log.truth)
-    due = [log.truth[k, j, :2] for k, seen in enumerate(log.seen(), 1) for _, j, _ in seen]
+    due = [log.truth[k, j, :2] for k, seen in enumerate(log.measurements(), 1) for _, j, _ in seen]
     np.testing.assert_allclose(data(left)["readings"], due, atol=1e-9)
     e = frame_errors(dead_reckoned(short()), log.truth)
     plots.draw_errors(right, log.times, {"gauge": e.gauge, "ego, at first": e.ego[:20]}, limit=60)
@@ -118,7 +119,7 @@ def test_the_picture_under_the_sliders_is_legible_and_what_the_filter_did(drawn,
     legible(drawn, figure := made.canvas.figure)
     log = made.log
     assert {"truth", "gauge", "aligned", "ego", "robot 0", f"robot {log.n - 1}"} <= set(names(drawn, figure))
-    errors = frame_errors(replay(started(log, 1, gate=13.8, inflate=4.0), log)[0], log.truth)
+    errors = frame_errors(replay(started(log, 1, gate=13.8, inflate=4.0), log).x, log.truth)
     for name, line in made.errors.items():
         np.testing.assert_allclose(line.get_ydata(), (100 * getattr(errors, name)).clip(0.2, 500))
     off = (made.lines[0].get_xydata() - log.truth[:, 0, :2]).T

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from labkit import metrics, wrap
+from labkit import metrics, replay, wrap
 from labkit.checks.feedback import FilterError
 from labkit.geometry import align, relative, transform
-from labkit.team import Team, TeamLog, TeamNoise, by_alignment, dead_reckoned, frame_errors, replay, scenarios
+from labkit.team import Team, TeamLog, TeamNoise, by_alignment, dead_reckoned, frame_errors, scenarios
 from labkit.team.bound import least_squares
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
@@ -25,7 +25,7 @@ TWO = [(0, 0, 0), (3, 1, np.pi)]
 
 def test_the_same_seed_gives_the_same_run():
     one, two = scenarios.cross(rng=3), scenarios.cross(rng=3)
-    assert np.array_equal(one.truth, two.truth) and np.array_equal(one.odometry, two.odometry)
+    assert np.array_equal(one.truth, two.truth) and np.array_equal(one.controls, two.controls)
     assert all(np.array_equal(a.seen, b.seen) for a, b in zip(one.logs, two.logs))
 
 
@@ -34,7 +34,7 @@ def test_without_noise_odometry_is_the_truth_and_readings_are_exact():
     assert np.allclose(dead_reckoned(log)[..., :2], log.truth[..., :2], atol=1e-9)
     h = answer("h")
     for k in (0, 100, 500):
-        for i, j, z in log.seen()[k]:
+        for i, j, z in log.measurements()[k]:
             assert np.allclose(z, h(log.truth[k + 1, i], log.truth[k + 1, j]), atol=1e-9)
 
 
@@ -126,7 +126,8 @@ def test_the_joint_filter_reaches_its_figures(scenario, aligned, ego):
     errors = []
     for seed in range(8):
         log = scenario(rng=seed)
-        x, P = replay(started(log, seed), log)
+        h = replay(started(log, seed), log)
+        x, P = h.x, h.P
         assert np.allclose(P, np.swapaxes(P, 1, 2), atol=1e-9) and np.linalg.eigvalsh(P[::50]).min() > 0
         one = frame_errors(x, log.truth)
         errors.append([one.aligned.mean(), one.ego.mean()])
@@ -139,7 +140,8 @@ def test_with_white_noise_the_filter_is_honest_and_at_the_end_as_good_as_least_s
         log = scenarios.cross(rng=seed, noise=WHITE)
         kf = started(log, seed, WHITE, inflate=1.0)
         x0, P0 = kf.x.copy(), kf.P.copy()
-        x, P = replay(kf, log)
+        h = replay(kf, log)
+        x, P = h.x, h.P
         e = x[::20] - log.truth[::20]
         e[..., 2] = wrap(e[..., 2])
         e = e.reshape(len(e), -1)
@@ -156,10 +158,7 @@ def test_false_readings_do_little_harm_behind_the_gate():
     false = [scenarios.rectangle(rng=seed) for seed in range(6)]
     errors = [
         np.median(
-            [
-                frame_errors(replay(started(log, seed), log)[0], log.truth).aligned.mean()
-                for seed, log in enumerate(logs)
-            ]
+            [frame_errors(replay(started(log, seed), log).x, log.truth).aligned.mean() for seed, log in enumerate(logs)]
         )
         for logs in (clean, false)
     ]
@@ -168,8 +167,7 @@ def test_false_readings_do_little_harm_behind_the_gate():
 
 def test_a_minute_without_sight_loses_nobody():
     log = scenarios.rectangle(rng=1, probability=0.0, dark=(300, 600))
-    x, _ = replay(started(log, 1), log)
-    assert frame_errors(x, log.truth).ego[612] < 0.1
+    assert frame_errors(replay(started(log, 1), log).x, log.truth).ego[612] < 0.1
 
 
 def test_pair_filters_and_particles_agree_with_the_joint_filter():
@@ -177,7 +175,7 @@ def test_pair_filters_and_particles_agree_with_the_joint_filter():
     views = relative(log.truth[:, [0]], log.truth[:, 1:])
     kf = PairFilters(views[0] + [0.1, -0.1, 0.01], np.tile(np.diag([0.02, 0.02, 0.0004]), (4, 1, 1)), TeamNoise())
     off = []
-    for k, (u, seen) in enumerate(zip(log.odometry, log.seen())):
+    for k, (u, seen) in enumerate(zip(log.controls, log.measurements())):
         kf.predict(u[0], u[1:])
         if seen:
             kf.update([i - 1 for i, _, _ in seen], [z for *_, z in seen])
@@ -186,7 +184,7 @@ def test_pair_filters_and_particles_agree_with_the_joint_filter():
     log = scenarios.cross(rng=1)
     one = started(log, 1)
     pf = TeamParticles(150, one.x, one.P, TeamNoise(), rng=0)
-    errors = [frame_errors(replay(kf, log)[0], log.truth).ego.mean() for kf in (one, pf)]
+    errors = [frame_errors(replay(kf, log).x, log.truth).ego.mean() for kf in (one, pf)]
     assert errors[1] < 1.5 * errors[0]
 
 

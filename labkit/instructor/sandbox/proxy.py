@@ -155,7 +155,7 @@ class Stand:
         return self.student.ask(self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
 
     def replay_team(self, log, x0, P0, noise, options):
-        """{x, P} of the student's filter over a whole TeamLog, in one call; no truth goes along."""
+        """{x, P, x_prior, P_prior} of the student's filter over a whole TeamLog, in one call; no truth goes along."""
         fields = ("times", "controls", "seen_step", "seen_id", "seen")
         members = [{name: getattr(one, name) for name in fields} for one in log.logs]
         sent = {"members": members, "ids": list(log.ids), "x0": x0, "P0": P0, "noise": noise, "options": options}

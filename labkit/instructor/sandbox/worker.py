@@ -105,16 +105,14 @@ class Worker:
         fields = {**log_fields, "seen_id": np.asarray(log_fields["seen_id"])}
         record = log.Log(**fields) if complete is None else FieldLog(**fields, complete=complete)
         history = log.replay(log.make_filter(self.names[name], record, Q, R, x0, P0, noise), record)
-        fields = ("x", "P", "x_prior", "P_prior")
-        return {field: np.asarray(getattr(history, field), dtype=float) for field in fields}
+        return _believed(history)
 
     def do_replay_team(self, name, members, ids, x0, P0, noise, options):
         logs = [log.Log(**fields, map=world.Map(), sensor="rb", frame="robot") for fields in members]
         kf = self.names[name](x0, P0, noise, **options)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", team.FrameWarning)
-            x, P = team.replay(kf, team.TeamLog(tuple(logs), tuple(ids)))
-        return {"x": x, "P": P}
+            return _believed(log.replay(kf, team.TeamLog(tuple(logs), tuple(ids))))
 
 
 class Sink:
@@ -125,6 +123,10 @@ class Sink:
 
     def flush(self):
         pass
+
+
+def _believed(history):
+    return {field: getattr(history, field) for field in ("x", "P", "x_prior", "P_prior")}
 
 
 def _trace(trace):

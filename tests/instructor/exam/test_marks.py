@@ -176,11 +176,9 @@ def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
     told = log.truth[0], 0.01 * np.eye(9), TeamNoise()
     try:
         for KF in ("PaperEKF", "GroupEKF"):
-            (x, P), (due_x, due_P) = (
-                exam.team(of, log, *told, inflate=2.0) for of in (student.find(KF), exam.right(KF)[0])
-            )
-            np.testing.assert_allclose(x, due_x, atol=1e-9)
-            np.testing.assert_allclose(P, due_P, atol=1e-9)
+            mine, due = (exam.team(of, log, *told, inflate=2.0) for of in (student.find(KF), exam.right(KF)[0]))
+            for field in ("x", "P", "x_prior", "P_prior"):
+                np.testing.assert_allclose(getattr(mine, field), getattr(due, field), atol=1e-9)
             assert exam.same_team(student.find(KF), log, *told)
     finally:
         student.end()
