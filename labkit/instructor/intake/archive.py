@@ -7,24 +7,21 @@ import io
 import os
 import stat
 import struct
-import unicodedata
 import zipfile
 import zlib
-from dataclasses import dataclass
 from datetime import datetime
 from itertools import islice
 from pathlib import Path
 
 from ..records import CommandError, HandInError
+from .listing import MAX_FILES, Listing, Member, too_many
+from .names import readable, shorten
 
 MAX_BYTES = 20_000_000  # of one file
-MAX_FILES = 20_000
 MAX_DIRECTORY = 6_000_000  # bytes of a zip's table of contents, 300 for each file
-MAX_NAME = 1000  # characters of a path
 MAX_DEPTH = 8  # folders inside folders
 CHUNK = 1 << 20
 
-JUNK = {"__macosx", "__pycache__", "thumbs.db", "desktop.ini"}
 DAMAGE = (
     zipfile.BadZipFile,
     zlib.error,
@@ -38,30 +35,7 @@ DAMAGE = (
 )
 
 
-@dataclass(frozen=True)
-class Member:
-    """One file or folder of an archive.
-
-    path    relative, with '/', fit to be printed: no control characters, no '..', no empty parts.
-    size    in bytes, as the archive says.
-    when    its time in local time without a zone, or None.
-    wrong   why it cannot be read, continuing 'notebook.ipynb ...', or ''.
-    key     what the archive finds it by.
-    """
-
-    path: str
-    size: int
-    when: datetime | None
-    folder: bool
-    wrong: str
-    key: object
-
-    @property
-    def parts(self):
-        return tuple(self.path.split("/"))
-
-
-def open_archive(path):
+def open_archive(path: Path | str) -> "Folder | Zip":
     """The Folder or Zip at `path`; raises CommandError if it is neither, or cannot be read."""
     path = Path(path)
     try:
@@ -80,11 +54,11 @@ def open_archive(path):
 
 
 class Folder:
-    """The regular files below a folder."""
+    """The regular files below a folder; its `members`, and `notes` on what was left aside."""
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.name = readable(path.resolve().name)
-        self._listing = _Listing(path)
+        self._listing = Listing(path)
         self._walk(path, "", 0)
         self.members, self.notes = self._listing.members, self._listing.notes()
 
@@ -112,7 +86,7 @@ class Folder:
             elif added and is_folder:
                 self._listing.refuse(f"nested deeper than {MAX_DEPTH} folders", prefix + name)
 
-    def read(self, member):
+    def read(self, member: Member) -> bytes:
         """The bytes of a member; raises HandInError if they cannot be had or are too many."""
         _check(member)
         path, *identity = member.key
@@ -127,16 +101,16 @@ class Folder:
         except OSError as error:
             raise HandInError(f"{_last(member)} cannot be opened: {error.strerror or error}.") from None
 
-    def close(self):
-        pass
+    def close(self) -> None:
+        """A folder needs no closing."""
 
 
 class Zip:
-    """The members of a zip file, which stays open until `close`."""
+    """The members of a zip file, which stays open until `close`, and `notes` on what was left aside."""
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.name = readable(path.name)
-        self._listing = _Listing(path)
+        self._listing = Listing(path)
         try:
             self._file = _Bounded(io.FileIO(path))
         except OSError as error:
@@ -171,7 +145,7 @@ class Zip:
             when = None if when == datetime(1980, 1, 1) else when
             self._listing.add(_name(info), info.file_size, when, info.is_dir(), wrong, info, zipped=True)
 
-    def read(self, member):
+    def read(self, member: Member) -> bytes:
         """The bytes of a member; raises HandInError if they cannot be had or are too many."""
         _check(member)
         try:
@@ -180,7 +154,8 @@ class Zip:
         except DAMAGE:
             raise HandInError(f"{_last(member)} is damaged inside the zip: hand it in again.") from None
 
-    def close(self):
+    def close(self) -> None:
+        """Let go of the file."""
         self._file.close()
 
 
@@ -189,77 +164,11 @@ class _Bounded(io.BufferedReader):
 
     def read(self, size=-1):
         if size is not None and size > MAX_DIRECTORY:
-            raise CommandError(_too_many(self.raw.name))
+            raise CommandError(too_many(self.raw.name))
         return super().read(size)
 
 
-class _Listing:
-    """Members as they are found, and what was left aside because its name says where to write."""
-
-    def __init__(self, path):
-        self.members = []
-        self._path = path
-        self._folders = set()
-        self._refused = {}
-        self._slashes = []
-
-    def add(self, name, size, when, folder, wrong, key, zipped=False):
-        """Whether the member was taken as it is; raises CommandError when there are too many."""
-        if zipped and "\\" in name:
-            self._slashes.append(readable(name))
-            name = name.replace("\\", "/")
-        problem = _unsafe(name, zipped)
-        if problem:
-            self.refuse(problem, name)
-            return False
-        parts = [part for part in map(readable, name.split("/")) if part not in ("", ".")]
-        junk = next((number for number, part in enumerate(parts) if _junk(part)), len(parts))
-        taken = junk == len(parts)
-        if not taken:  # the folder around it still tells that its student handed something in
-            parts, size, when, folder, wrong = parts[:junk], 0, None, True, ""
-        path = "/".join(parts)
-        if path and not (folder and path in self._folders):
-            if folder:
-                self._folders.add(path)
-            if any(unicodedata.category(c) == "Cc" for c in name):
-                wrong = wrong or "has control characters in its name"
-            self.members.append(Member(path, size, when, folder, wrong, key))
-        if len(self.members) > MAX_FILES:
-            raise CommandError(_too_many(self._path))
-        return taken
-
-    def refuse(self, problem, name):
-        self._refused.setdefault(problem, []).append(readable(name))
-
-    def notes(self):
-        notes = [f"Left aside {several(names, 'name')} {why}." for why, names in self._refused.items()]
-        if self._slashes:
-            notes.append(f"Read the backslashes as folders in {several(self._slashes, 'name')}.")
-        return notes
-
-
-def readable(name):
-    """`name` as it can be printed: what has no glyph becomes U+FFFD, any white space a space."""
-    name = unicodedata.normalize("NFC", " ".join(name.split()))
-    # Two joiners have no glyph but belong to words of Persian and of Indian languages.
-    return "".join(c if c.isprintable() or c in "\u200c\u200d" else "\ufffd" for c in name)
-
-
-def listed(names):
-    """'a, b, c, ...': the first three of some names."""
-    return ", ".join(shorten(name) for name in names[:3]) + (", ..." if len(names) > 3 else "")
-
-
-def several(names, noun):
-    """'2 files (a, b)'."""
-    return f"{len(names)} {noun}{'s' if len(names) > 1 else ''} ({listed(names)})"
-
-
-def shorten(name, width=80):
-    return name if len(name) <= width else f"{name[: width // 2]}...{name[3 - width // 2 :]}"
-
-
-def too_large(name):
+def _too_large(name):
     return f"{name} has more than {MAX_BYTES // 10**6} MB: clear the outputs, save it and hand it in again."
 
 
@@ -267,7 +176,7 @@ def _check(member):
     if member.wrong:
         raise HandInError(f"{_last(member)} {member.wrong}: hand in the notebook file itself.")
     if member.size > MAX_BYTES:
-        raise HandInError(too_large(_last(member)))
+        raise HandInError(_too_large(_last(member)))
 
 
 def _capped(file, member):
@@ -275,29 +184,12 @@ def _capped(file, member):
     while piece := file.read(CHUNK):
         raw += piece
         if len(raw) > MAX_BYTES:
-            raise HandInError(too_large(_last(member)))
+            raise HandInError(_too_large(_last(member)))
     return bytes(raw)
 
 
 def _last(member):
     return shorten(member.parts[-1])
-
-
-def _too_many(path):
-    return f"{path} holds more than {MAX_FILES} files: give one class at a time."
-
-
-def _junk(part):
-    """Whether an operating system, an editor or Jupyter made it, and no student."""
-    return part.startswith((".", "~$")) or part.lower() in JUNK
-
-
-def _unsafe(name, zipped):
-    if len(name) > MAX_NAME:
-        return f"of more than {MAX_NAME} characters"
-    if ".." in name.split("/") or zipped and (name.startswith("/") or name[1:2] == ":"):
-        return "pointing outside of the submissions"
-    return ""
 
 
 def _no_file(mode):

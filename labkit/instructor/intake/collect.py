@@ -9,8 +9,10 @@ from datetime import datetime
 from itertools import groupby
 
 from ..records import CommandError, HandInError
-from .archive import Member, listed, open_archive, several, shorten
+from .archive import open_archive
 from .handin import read_cells, tidy
+from .listing import Member
+from .names import listed, several, shorten
 from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
 
 ARCHIVES = (".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz")

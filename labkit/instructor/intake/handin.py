@@ -7,7 +7,7 @@ from functools import partial
 
 from ...notebook.read import NotebookError, cells_of, parse
 from ..records import HandInError
-from .archive import readable, shorten
+from .names import readable, shorten
 
 MAX_PARTS = 1_000_000  # lists and tables in one notebook: 20 MB of '[[],[],' would fill 500 MB
 MAX_CELLS = 2_000

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from .archive import readable
+from .names import readable
 
 MAX_DEPTH = 4  # folders inside a student's folder
 # The full name has no underscore of its own: Moodle makes spaces of them. The first match is Moodle's.

@@ -14,7 +14,7 @@ from datetime import datetime
 
 import pytest
 
-from labkit.instructor.intake import archive, collect
+from labkit.instructor.intake import archive, collect, listing
 from labkit.instructor.intake.collect import HandIn, iter_collect, open_submissions, tidy
 from labkit.instructor.records import CommandError, HandInError
 from labkit.notebook.read import Cell
@@ -303,7 +303,7 @@ def test_a_path_that_cannot_be_used_is_a_problem(tmp_path, name, says):
 
 
 def test_too_many_files_are_a_problem_at_once(tmp_path, monkeypatch):
-    many = packed(tmp_path, [(f"{n}.ipynb", b"") for n in range(archive.MAX_FILES + 1)])
+    many = packed(tmp_path, [(f"{n}.ipynb", b"") for n in range(listing.MAX_FILES + 1)])
     with pytest.raises(CommandError, match="more than 20000 files"):
         told(many)
     monkeypatch.setattr(archive, "MAX_DIRECTORY", 1_000_000)
@@ -311,7 +311,7 @@ def test_too_many_files_are_a_problem_at_once(tmp_path, monkeypatch):
     with pytest.raises(CommandError, match="class.zip holds more than 20000 files"):
         told(many)
     assert time.perf_counter() - start < 0.1
-    monkeypatch.setattr(archive, "MAX_FILES", 3)
+    monkeypatch.setattr(listing, "MAX_FILES", 3)
     with pytest.raises(CommandError, match="holds more than 3 files"):
         told(laid(tmp_path, dict.fromkeys(["a.ipynb", "b.ipynb", "c/d.ipynb"], BOOK)))
 
