@@ -140,18 +140,17 @@ def register(book, paper, submissions, args):
             except HandInError as error:
                 why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
                 continue
-            told = [*entry.notes, *odd, *told]
+            made = assemble(paper.released, cells)
+            told = [*entry.notes, *odd, *made.notes, *told]
             id, done, graded_by = book.find(paper.lab, student, identifier, digest) or (None, False, "")
             if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
-                written = assemble(paper.released, cells).answers
-                id = book.add(*about, digest, paper.digest, entry.when, late, told, written)
+                id = book.add(*about, digest, paper.digest, entry.when, late, told, made.answers)
                 done = False
             elif done:
                 older += graded_by != paper.digest
             if not done:
-                work = assemble(paper.released, cells)
                 key = f"{student}\n{identifier}"
-                jobs.append(run.Job(id, key, work.cells, work.sources, frozenset(book.marked(id))))
+                jobs.append(run.Job(id, key, made.cells, made.sources, frozenset(book.marked(id))))
             book.choose(id, told, late)
             chosen = id
             if args.attempts != "best":

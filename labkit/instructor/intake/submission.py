@@ -8,7 +8,7 @@ LONGEST = 200_000  # characters of one cell; an answer has a thousand
 @dataclass
 class Work:
     """cells: for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: text} of the
-    written questions;  notes: sentences on what is missing.
+    written questions;  notes: sentences on what was too long.
     """
 
     cells: list = field(default_factory=list)
@@ -38,6 +38,8 @@ def assemble(released, cells):
         if cell.role == "answer" and not cell.code:
             text = answers[cell.id].source if cell.id in answers else ""
             work.answers[cell.id] = "" if text.strip() == cell.source.strip() else text[:LONGEST]
+            if len(text) > LONGEST:
+                work.notes.append(f"Of {cell.label} only the first {LONGEST} characters are shown.")
     for cell in own[None]:
         _add(work, cell, "", "own", cell.source)
     for cell in released:
@@ -51,7 +53,7 @@ def assemble(released, cells):
 
 def _add(work, cell, id, role, source):
     if len(source) > LONGEST:
-        work.notes.append(f"{cell.label} has more than {LONGEST} characters and was left out.".capitalize())
+        work.notes.append(f"The code of {cell.label} has more than {LONGEST} characters and was left out.")
         return
     work.cells.append({"number": cell.number, "id": id, "role": role, "code": True, "source": source})
     work.sources[f"cell '{id}'" if id else f"cell {cell.number}"] = source
