@@ -5,15 +5,14 @@ import importlib
 import os
 import sys
 import threading
-from itertools import groupby
 from pathlib import Path
 
 from .console import Progress
-from .exam import pool as run
+from .exam import pool
 from .exam.paper import read as read_paper
-from .intake.collect import open_submissions, tidy
-from .intake.submission import assemble
-from .records import CommandError, HandInError
+from .intake.attempts import Rules, hand_ins
+from .intake.collect import Submissions, Unfit
+from .records import CommandError
 from .report import tables
 from .report.names import labels
 from .report.gradebook import Gradebook
@@ -47,14 +46,14 @@ def grade(args):
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
-        with open_submissions(args.submissions) as submissions, book:
+        with Submissions(args.submissions) as submissions, book:
             jobs, notes = register(book, paper, submissions, args)
         for note in notes:
             print(f"Note: {note}")
         loading = threading.Thread(target=importlib.import_module, args=("labkit.instructor.report.output",))
         if jobs:
             # The processes load while the sandboxes are tried out, and matplotlib while they work.
-            here = stack.enter_context(run.Local(args.jobs)) if not args.scheduler else None
+            here = stack.enter_context(pool.Local(args.jobs)) if not args.scheduler else None
             sandbox = choose(args)
             book.set_level([job.id for job in jobs], sandbox.level)
             loading.start()
@@ -118,49 +117,27 @@ def take_hand_marks(book, path):
 def register(book, paper, submissions, args):
     """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
     entries, unfits, notes = submissions.survey(paper.lab)
-    kinds = {cell.id: cell.code for cell in paper.released if cell.role == "answer"}
-    jobs, older = [], 0
+    if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
+        raise CommandError(f"No submission holds {paper.lab}, but other labs: is --lab right?")
     # What was to be graded anew when the grader was killed is entered already, and goes on.
     unfinished = book.unfinished(paper.lab)
-    regrade = [] if unfinished else args.regrade
     if unfinished:
         notes.append(
             "Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else ".")
         )
     book.retry(paper.lab)
-    for (student, identifier), group in groupby(entries, key=lambda e: (e.student, e.identifier)):
-        attempts, chosen = list(group), None
-        picked, why = pick(attempts, args)
-        for entry, told in picked:
-            late = is_late(entry, args.due)
-            about = (paper.lab, student, identifier, entry.source)
-            try:
-                cells, digest = submissions.read(entry)
-                cells, odd = tidy(cells, kinds)
-            except HandInError as error:
-                why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
-                continue
-            made = assemble(paper.released, cells)
-            told = [*entry.notes, *odd, *made.notes, *told]
-            id, done, graded_by = book.find(paper.lab, student, identifier, digest) or (None, False, "")
-            if id is None or again(regrade, student, identifier) or not done and graded_by != paper.digest:
-                id = book.add(*about, digest, paper.digest, entry.when, late, told, made.answers)
-                done = False
-            elif done:
-                older += graded_by != paper.digest
-            if not done:
-                key = f"{student}\n{identifier}"
-                jobs.append(run.Job(id, key, made.cells, made.sources, frozenset(book.marked(id))))
-            book.choose(id, told, late)
-            chosen = id
-            if args.attempts != "best":
-                break
-        if chosen is None:
-            refuse(book, paper, attempts[-1], why or "It could not be read.")
-    if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
-        raise CommandError(f"No submission holds {paper.lab}, but other labs: is --lab right?")
+    rules = Rules(args.attempts, args.due, args.late == "count")
+    jobs, older = [], 0
+    for found in hand_ins(submissions, entries, paper.released, rules):
+        if isinstance(found, Unfit):
+            _refuse(book, paper, found)
+            continue
+        anew = not unfinished and _asked_for(args.regrade, found.entry)
+        job, outdated = _enter(book, paper, found, anew)
+        jobs += [job] if job else []
+        older += outdated
     for unfit in unfits:
-        refuse(book, paper, unfit, unfit.reason)
+        _refuse(book, paper, unfit)
     if older:
         notes.append(
             f"The checks of this lab have changed since {older} submission{'s were' if older > 1 else ' was'} graded; "
@@ -169,41 +146,41 @@ def register(book, paper, submissions, args):
     return jobs, notes
 
 
-def refuse(book, paper, entry, reason):
+def _enter(book, paper, found, anew):
+    """Let a hand-in count for its student; (Job or None if it is graded, whether that was by older checks)."""
+    entry, work = found.entry, found.work
+    about = (paper.lab, entry.student, entry.identifier)
+    id, done, graded_by = book.find(*about, found.digest) or (None, False, "")
+    if id is None or anew or not done and graded_by != paper.digest:
+        source = entry.source
+        id = book.add(*about, source, found.digest, paper.digest, entry.when, found.late, found.notes, work.answers)
+        done = False
+    book.choose(id, found.notes, found.late)
+    if done:
+        return None, graded_by != paper.digest
+    key = f"{entry.student}\n{entry.identifier}"
+    return pool.Job(id, key, work.cells, work.sources, frozenset(book.marked(id))), False
+
+
+def _refuse(book, paper, unfit):
     """Enter a submission that cannot be graded, once."""
-    about = (paper.lab, entry.student, entry.identifier, entry.source)
-    known = book.find(paper.lab, entry.student, entry.identifier, reason)
-    id = known[0] if known else book.add(*about, reason, paper.digest, entry.when, False, [], {}, reason)
+    about = (paper.lab, unfit.student, unfit.identifier)
+    known = book.find(*about, unfit.reason)
+    id = known[0] if known else None
+    if id is None:
+        id = book.add(*about, unfit.source, unfit.reason, paper.digest, unfit.when, False, [], {}, unfit.reason)
     book.choose(id, [], False)
 
 
-def pick(attempts, args):
-    """([(entry, notes)] to be tried in turn until one can be graded, why none if none)."""
-    counting = attempts
-    if args.late == "ignore":
-        counting = [entry for entry in attempts if not is_late(entry, args.due)]
-        if not counting:
-            return [], "It was handed in late, and late hand-ins do not count."
-    order = counting if args.attempts == "first" else counting[::-1]
-    told = []
-    if len(attempts) > 1:
-        rule = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[args.attempts]
-        told = [f"{len(attempts)} attempts: {rule}."]
-    return [(entry, told + ["Handed in late."] * is_late(entry, args.due)) for entry in order], ""
-
-
-def is_late(entry, due):
-    return bool(entry.late or due and entry.when and entry.when > due)
-
-
-def again(regrade, student, identifier):
+def _asked_for(regrade, entry):
     """Whether the instructor asked for this student to be graded anew."""
-    return any(name in ("all", student, identifier, f"{student} ({identifier})") for name in regrade or ())
+    names = ("all", entry.student, entry.identifier, f"{entry.student} ({entry.identifier})")
+    return any(name in names for name in regrade or ())
 
 
 def work(book, paper, sandbox, jobs, here, args):
     """Grade the jobs; each mark goes into the gradebook as it comes."""
-    room = run.Room(paper, book.seed, run.way(sandbox), {"call": args.call, "total": args.total})
+    room = pool.Room(paper, book.seed, pool.way(sandbox), {"call": args.call, "total": args.total})
     if args.scheduler:
         from .exam.cluster import remote
 
@@ -224,7 +201,7 @@ def work(book, paper, sandbox, jobs, here, args):
             )
             continue
         if kind == "lost":
-            for mark in run.lost(paper, item):
+            for mark in pool.lost(paper, item):
                 book.mark(id, *mark)
             item = None
         book.finish(id, item)

@@ -1,16 +1,19 @@
 """From the submissions of a class, as an LMS or a person packed them, to the notebooks of one lab.
 
 Whatever is inside is taken for hostile: see `archive`. `survey` looks at names only, `read` at one notebook.
+Which of a student's attempts counts is decided in `attempts`.
 """
 
 import hashlib
 from dataclasses import dataclass, field
 from datetime import datetime
-from itertools import groupby
+from pathlib import Path
+from typing import Self
 
-from ..records import CommandError, HandInError
+from ...notebook.read import Cell
+from ..records import CommandError
 from .archive import open_archive
-from .handin import read_cells, tidy
+from .handin import read_cells
 from .listing import Member
 from .names import listed, several, shorten
 from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
@@ -26,8 +29,6 @@ class Entry:
     source      archive and path, for reports;  name: the file's own name.
     when        time of the file, local, or None; None for Canvas, which writes the time of the download.
     late        the LMS itself says so.
-    size        in bytes, as the archive says.
-    named       its name is the lab's; else it is any notebook of a student who has none of that name.
     notes       sentences on what is odd.
     """
 
@@ -37,9 +38,7 @@ class Entry:
     name: str
     when: datetime | None
     late: bool
-    size: int
-    named: bool
-    notes: tuple
+    notes: tuple[str, ...]
     member: Member
 
 
@@ -54,25 +53,6 @@ class Unfit:
     reason: str
 
 
-@dataclass(frozen=True)
-class HandIn:
-    """A notebook that can be graded: the fields of its Entry, then
-
-    cells   list of labkit.notebook.read.Cell, after `tidy`.
-    digest  SHA-256 of the file, in hexadecimal.
-    notes   sentences on what is odd.
-    """
-
-    student: str
-    identifier: str
-    source: str
-    when: datetime | None
-    late: bool
-    cells: list
-    digest: str
-    notes: list
-
-
 @dataclass
 class _Student:
     """One student's files, as pairs of Owner and Member."""
@@ -83,20 +63,22 @@ class _Student:
 
 
 class Submissions:
-    """A folder or zip of submissions; closed at the end of a `with` block."""
+    """A folder or zip of submissions; closed at the end of a `with` block.
 
-    def __init__(self, path):
-        """Raises CommandError if `path` is no folder and no zip that can be read."""
+    Raises CommandError if `path` is no folder and no zip that can be read.
+    """
+
+    def __init__(self, path: Path | str) -> None:
         self._path = path
         self._archive = open_archive(path)
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         self._archive.close()
 
-    def survey(self, lab):
+    def survey(self, lab: str) -> tuple[list[Entry], list[Unfit], list[str]]:
         """(entries, unfits, notes) of a lab, say '01_cartesian_ekf', without opening any notebook.
 
         Entries of one student follow each other, the latest attempt last. notes: sentences for the
@@ -114,45 +96,18 @@ class Submissions:
             if len({member.parts[:-1] for _, member in good if len(member.parts) > 1}) > 1:
                 notes.append(f"{student}: notebooks in several folders count as attempts of one student.")
         if not entries and not unfits:
-            raise CommandError(
-                " ".join(
-                    [
-                        f"{self._path} holds no hand-ins: give a download of Moodle or Canvas, a folder of notebooks",
-                        "with their students' names, or one with a folder for each student.",
-                        *notes,
-                    ]
-                )
-            )
+            known = "a download of Moodle or Canvas, a folder of notebooks with their students' names, or one with a"
+            told = f"{self._path} holds no hand-ins: give {known} folder for each student."
+            raise CommandError(" ".join([told, *notes]))
         return entries, unfits, notes
 
-    def read(self, entry):
-        """(cells, digest) of an entry; the cells still need `tidy`. Raises HandInError, naming the file."""
+    def read(self, entry: Entry) -> tuple[list[Cell], str]:
+        """(cells, SHA-256 of the file) of an entry; the cells still need `tidy`. Raises HandInError."""
         raw = self._archive.read(entry.member)
         return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 
-    def hand_ins(self, lab, ids):
-        """Yield each attempt at a lab as HandIn or Unfit, one student after the other; ids: see `tidy`."""
-        entries, unfits, _ = self.survey(lab)
-        for _, attempts in groupby(entries, key=lambda entry: (entry.student, entry.identifier)):
-            results = [self._hand_in(entry, ids) for entry in attempts]
-            if any(isinstance(result, HandIn) for result, named in results):
-                # A notebook that is the lab's neither by name nor by its cells was only a guess.
-                results = [pair for pair in results if isinstance(pair[0], HandIn) or pair[1]]
-            yield from (result for result, named in results)
-        yield from unfits
-
-    def _hand_in(self, entry, ids):
-        about = entry.student, entry.identifier, entry.source, entry.when
-        try:
-            cells, digest = self.read(entry)
-            cells, notes = tidy(cells, ids)
-        except HandInError as error:
-            return Unfit(*about, str(error)), entry.named
-        return HandIn(*about, entry.late, cells, digest, [*entry.notes, *notes]), entry.named
-
     def _entry(self, student, identifier, owner, member, lab, twice):
-        named = is_lab(owner.name, lab)
-        notes = [] if named else [f"The notebook is named {shorten(owner.name)}, not {lab}.ipynb."]
+        notes = [] if is_lab(owner.name, lab) else [f"The notebook is named {shorten(owner.name)}, not {lab}.ipynb."]
         if twice:
             notes.append("The archive holds a file of this name twice; each counts as an attempt.")
         return Entry(
@@ -162,8 +117,6 @@ class Submissions:
             shorten(owner.name),
             None if owner.canvas else member.when,
             owner.late,
-            member.size,
-            named,
             tuple(notes),
             member,
         )
@@ -200,26 +153,6 @@ class Submissions:
             what = "files that are not notebooks" if others > 1 else "file that is not a notebook"
             notes.append(f"Left aside {others} {what}.")
         return students, notes
-
-
-def open_submissions(path):
-    """The Submissions at `path`, a folder or a zip; raises CommandError if it is neither or cannot be read."""
-    return Submissions(path)
-
-
-def iter_collect(path, lab, ids):
-    """Yield a HandIn or Unfit for each attempt at a lab, holding one student's notebooks at a time."""
-    with open_submissions(path) as submissions:
-        yield from submissions.hand_ins(lab, ids)
-
-
-def collect(path, lab, ids):
-    """(hand_ins, unfits, notes) of a lab, all at once. Raises CommandError; see Submissions and `tidy`."""
-    with open_submissions(path) as submissions:
-        notes = submissions.survey(lab)[2]
-        results = list(submissions.hand_ins(lab, ids))
-    hand_ins = [result for result in results if isinstance(result, HandIn)]
-    return hand_ins, [result for result in results if isinstance(result, Unfit)], notes
 
 
 def _choose(files, lab):

@@ -1,8 +1,10 @@
 """Whose a file is and which lab it may be of, from the names that an LMS or a person gave it."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from .listing import Member
 from .names import readable
 
 MAX_DEPTH = 4  # folders inside a student's folder
@@ -31,7 +33,7 @@ class Owner:
     canvas: bool = False
 
 
-def unwrapped(members, lab):
+def unwrapped(members: Sequence[Member], lab: str) -> list[tuple[tuple[str, ...], Member]]:
     """Pairs of a member's parts and itself, without the folders that hold the whole class."""
     pairs = [(_cut(member.parts), member) for member in members]
     for _ in range(MAX_DEPTH):
@@ -55,7 +57,7 @@ def _cut(parts):
     return parts
 
 
-def owner_of(parts, folder, lab):
+def owner_of(parts: Sequence[str], folder: bool, lab: str) -> Owner | None:
     """The Owner of a path, None if it names no student."""
     top = parts[0]
     name = parts[-1] if len(parts) > 1 else ""
@@ -94,19 +96,22 @@ def _student(stem, lab):
     return readable(before.strip(" _-.()") or COPY.sub("", COPY.sub("", after)).strip(" _-.()"))
 
 
-def is_notebook(name):
+def is_notebook(name: str) -> bool:
+    """Whether the name ends as a notebook's does."""
     return name.lower().endswith(".ipynb")
 
 
-def pattern_of(lab):
+def pattern_of(lab: str) -> re.Pattern[str]:
     """Finds a lab's name, also with spaces or hyphens for its underscores."""
     return re.compile(r"(?<!\d)" + "[ _-]".join(map(re.escape, lab.split("_"))), re.IGNORECASE)
 
 
-def is_lab(name, lab):
+def is_lab(name: str, lab: str) -> bool:
+    """Whether the lab's name stands in the name."""
     return bool(pattern_of(lab).search(name))
 
 
-def is_other(name, lab):
+def is_other(name: str, lab: str) -> bool:
+    """Whether the name of another lab stands in the name."""
     match = OTHER.search(name)
     return bool(match) and match[0][:2] != lab[:2]

@@ -1,6 +1,9 @@
 """From a student's notebook to what the worker runs: their answers and own cells, the rest as released."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+
+from ...notebook.read import Cell
 
 LONGEST = 200_000  # characters of one cell; an answer has a thousand
 
@@ -11,21 +14,22 @@ class Work:
     written questions;  notes: sentences on what was too long.
     """
 
-    cells: list = field(default_factory=list)
-    sources: dict = field(default_factory=dict)
-    answers: dict = field(default_factory=dict)
-    notes: list = field(default_factory=list)
+    cells: list[dict] = field(default_factory=list)
+    sources: dict[str, str] = field(default_factory=dict)
+    answers: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
-def assemble(released, cells):
-    """The Work of a submission.
+def assemble(released: Sequence[Cell], cells: Sequence[Cell]) -> Work:
+    """The Work of a submission: the cells of the students' notebook as it was handed out, and of the one handed in.
 
-    released, cells: lists of labkit.notebook.read.Cell, of the students' notebook as it was handed out and of
-    the submission. Answers are found by their id; cells that the student added keep their place behind the
-    released cell that they follow; everything else is taken from the release.
+    Answers are found by their id; cells that the student added keep their place behind the released cell that they
+    follow; everything else is taken from the release.
     """
     work, known = Work(), {cell.id: cell for cell in released}
-    answers, own, last = {}, {None: []}, None
+    answers: dict[str, Cell] = {}
+    own: dict[str, list[Cell]] = {"": []}  # what follows each released cell; "" stands for the top
+    last = ""
     for cell in cells:
         if cell.id in known and cell.id not in own:
             last = cell.id
@@ -40,7 +44,7 @@ def assemble(released, cells):
             work.answers[cell.id] = "" if text.strip() == cell.source.strip() else text[:LONGEST]
             if len(text) > LONGEST:
                 work.notes.append(f"Of {cell.label} only the first {LONGEST} characters are shown.")
-    for cell in own[None]:
+    for cell in own[""]:
         _add(work, cell, "", "own", cell.source)
     for cell in released:
         if cell.code and cell.role != "check":

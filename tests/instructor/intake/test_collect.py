@@ -14,14 +14,18 @@ from datetime import datetime
 
 import pytest
 
-from labkit.instructor.intake import archive, collect, listing
-from labkit.instructor.intake.collect import HandIn, iter_collect, open_submissions, tidy
+from labkit.instructor.intake import archive, listing
+from labkit.instructor.intake.attempts import HandIn, Rules, hand_ins
+from labkit.instructor.intake.collect import Submissions
+from labkit.instructor.intake.handin import tidy
 from labkit.instructor.records import CommandError, HandInError
 from labkit.notebook.read import Cell
 
 LAB, IDS = "01_cartesian_ekf", {"answer-kf": True, "answer-q1": False}
+RELEASED = [Cell(n, id, "answer", code, "to do") for n, (id, code) in enumerate(IDS.items(), 1)]
 A_FILE = "Ada Lovelace_123_assignsubmission_file_"
 TIME = (2025, 3, 4, 5, 6, 8)
+ALL = Rules("best")
 
 
 def book(*sources, ids=("answer-kf", "answer-q1")):
@@ -64,10 +68,20 @@ def laid(tmp_path, files):
     return tmp_path / "class"
 
 
-def told(path, lab=LAB):
+def collected(path, rules=ALL):
+    """(hand-ins, unfits, notes) of all attempts of a class."""
+    with Submissions(path) as submissions:
+        entries, unfits, notes = submissions.survey(LAB)
+        found = list(hand_ins(submissions, entries, RELEASED, rules))
+    good = [one for one in found if isinstance(one, HandIn)]
+    return good, [one for one in found if one not in good] + unfits, notes
+
+
+def told(path):
     """Lines 'student|number|what' of a class, and its notes; what: the hand-in's name, or the reason."""
-    hand_ins, unfits, notes = collect.collect(path, lab, IDS)
-    lines = [f"{h.student}|{h.identifier}|{h.source.rsplit('/')[-1]}{'|late' if h.late else ''}" for h in hand_ins]
+    good, unfits, notes = collected(path)
+    about = [(h.entry.student, h.entry.identifier, h.entry.source.rsplit("/")[-1], h.late) for h in good]
+    lines = [f"{student}|{number}|{name}{'|late' * late}" for student, number, name, late in about]
     return lines + [f"{u.student}|{u.identifier}|! {u.reason}" for u in unfits], notes
 
 
@@ -216,14 +230,14 @@ def test_attempts_come_in_order_with_their_times(tmp_path):
         entry(f"c_1_30_{NB}"),
         entry(f"c_1_4_{NB}"),
     ]
-    with open_submissions(packed(tmp_path, [(info, BOOK) for info in files])) as submissions:
+    with Submissions(packed(tmp_path, [(info, BOOK) for info in files])) as submissions:
         entries, _, _ = submissions.survey(LAB)
     tops = ["a/oldest/", "a/old/", "a/new/", "b/", "c_1_4_", "c_1_30_"]
     assert [e.source for e in entries] == [f"class.zip: {top}{NB}" for top in tops]
     assert [e.when for e in entries][1:] == [datetime(2025, 1, 2), datetime(*TIME), None, None, None]
     path = laid(tmp_path, {f"a/{NB}": BOOK})
     os.utime(path / "a" / NB, (0, datetime(*TIME).timestamp()))
-    with open_submissions(path) as submissions:
+    with Submissions(path) as submissions:
         assert [e.when for e in submissions.survey(LAB)[0]] == [datetime(*TIME)]
     assert archive._moment(datetime.fromtimestamp, 1e20) is None
 
@@ -231,16 +245,15 @@ def test_attempts_come_in_order_with_their_times(tmp_path):
 def test_any_notebook_will_do_if_it_has_the_answers(tmp_path):
     files = {"ada/final.ipynb": BOOK, "ada/scratch.ipynb": book(ids=()), "bob/x.ipynb": b"{}"}
     path = packed(tmp_path, files)
-    hand_ins, unfits, _ = collect.collect(path, LAB, IDS)
-    assert [(h.student, h.notes) for h in hand_ins] == [
-        ("ada", ["The notebook is named final.ipynb, not 01_cartesian_ekf.ipynb."])
-    ]
+    good, unfits, _ = collected(path, Rules("newest"))
+    named = "The notebook is named final.ipynb, not 01_cartesian_ekf.ipynb."
+    assert [(h.entry.student, h.notes) for h in good] == [("ada", [named, "2 attempts: the newest counts."])]
     assert [(u.student, u.reason) for u in unfits] == [("bob", "x.ipynb is JSON, but not a notebook.")]
 
 
 def test_one_archive_serves_several_labs(tmp_path):
     path = packed(tmp_path, {f"ada/{NB}": BOOK, "ada/02_noise_mismatch.ipynb": BOOK})
-    with open_submissions(path) as found:
+    with Submissions(path) as found:
         names = [found.survey(lab)[0][0].name for lab in (LAB, "02_noise_mismatch")]
     assert names == [NB, "02_noise_mismatch.ipynb"]
 
@@ -308,7 +321,7 @@ def test_too_many_files_are_a_problem_at_once(tmp_path, monkeypatch):
         told(many)
     monkeypatch.setattr(archive, "MAX_DIRECTORY", 1_000_000)
     start = time.perf_counter()
-    with pytest.raises(CommandError, match="class.zip holds more than 20000 files"):
+    with pytest.raises(CommandError, match=r"class.zip holds more than 20000 files"):
         told(many)
     assert time.perf_counter() - start < 0.1
     monkeypatch.setattr(listing, "MAX_FILES", 3)
@@ -412,10 +425,10 @@ def test_members_that_share_their_data_are_refused(tmp_path):
 
 def test_a_name_that_comes_twice_gives_two_attempts(tmp_path):
     path = packed(tmp_path, [(f"ada/{NB}", BOOK), (f"ada/{NB}", book("y"))])
-    hand_ins, _, _ = collect.collect(path, LAB, IDS)
-    assert [len(h.cells) for h in hand_ins] == [2, 3]
-    assert all("file of this name twice" in h.notes[0] for h in hand_ins)
-    assert hand_ins[0].digest != hand_ins[1].digest
+    good, _, _ = collected(path)
+    assert [len(h.work.cells) for h in good] == [2, 1]  # the newest first
+    assert all("file of this name twice" in h.notes[0] for h in good)
+    assert good[0].digest != good[1].digest
 
 
 def test_names_without_a_word_on_their_encoding(tmp_path):
@@ -471,7 +484,7 @@ def test_folders_give_regular_files_only(tmp_path):
 
 def test_a_file_that_is_replaced_after_the_survey_is_refused(tmp_path):
     path = laid(tmp_path, {f"{name}/{NB}": BOOK for name in "abcd"})
-    with open_submissions(path) as submissions:
+    with Submissions(path) as submissions:
         a, b, c, d = submissions.survey(LAB)[0]
         (path / "a").rename(tmp_path / "moved")
         (path / "a").symlink_to(tmp_path)
@@ -493,7 +506,7 @@ def test_names_that_are_not_text(tmp_path):
     except OSError:
         pytest.skip("this file system takes only names that are text")
     (path / os.fsdecode(b"ada\xff") / NB).write_bytes(BOOK)
-    lines, notes = told(path)
+    lines, _ = told(path)
     assert sorted(lines) == [f"ada\ufffd||{NB}", f"bob||{NB}"]
 
 
@@ -552,13 +565,13 @@ def test_a_zip_bomb_stops_at_the_cap(tmp_path):
 
 def test_the_cap_holds_whatever_size_is_told(tmp_path):
     path = bomb(tmp_path)
-    with open_submissions(path) as submissions:
+    with Submissions(path) as submissions:
         (item,), _, _ = submissions.survey(LAB)
         object.__setattr__(item.member, "size", 5000)
         with pytest.raises(HandInError, match="more than 20 MB"):
             submissions.read(item)
     growing = laid(tmp_path, {f"ada/{NB}": BOOK})
-    with open_submissions(growing) as submissions:
+    with Submissions(growing) as submissions:
         (item,), _, _ = submissions.survey(LAB)
         os.truncate(growing / "ada" / NB, 300_000_000)
         with pytest.raises(HandInError, match="more than 20 MB"):
@@ -569,11 +582,12 @@ def test_a_class_of_1000_is_surveyed_at_once_and_read_one_by_one(tmp_path):
     large = book("#" * 100_000)
     files = [(f"Student {n}_{n}_assignsubmission_file_/{NB}", large) for n in range(1000)]
     path = packed(tmp_path, files)
-    with open_submissions(path) as submissions:
+    with Submissions(path) as submissions:
         start = time.perf_counter()
         entries, _, _ = submissions.survey(LAB)
         assert len(entries) == 1000 and time.perf_counter() - start < 1
-    count, _, size = peak(lambda: sum(isinstance(found, HandIn) for found in iter_collect(path, LAB, IDS)))
+        found = hand_ins(submissions, entries, RELEASED, Rules())
+        count, _, size = peak(lambda: sum(isinstance(one, HandIn) for one in found))
     assert count == 1000 and size < 10_000_000
 
 
@@ -617,8 +631,8 @@ def test_notebooks_are_read_strictly(tmp_path, case):
 
 def test_cells_can_be_written_as_utf_8(tmp_path):
     raw = book("x = '\ud83d'").replace(b"own0", b"own\\u0007\\n" + b"x" * 1000)
-    (found,) = iter_collect(packed(tmp_path, {f"ada/{NB}": raw}), LAB, IDS)
-    assert found.cells[-1].source == "x = '?'" and found.cells[-1].id == ""
+    (found,), _, _ = collected(packed(tmp_path, {f"ada/{NB}": raw}))
+    assert found.work.cells[-1]["source"] == "x = '?'" and found.work.cells[-1]["id"] == ""
     assert found.digest == hashlib.sha256(raw).hexdigest()
 
 
@@ -665,7 +679,6 @@ def test_tidy_leaves_each_answer_once(case):
     assert all(c.id == "" and c.role == "own" for i, c in enumerate(tidied) if i not in kept)
 
 
-def test_tidy_of_a_set_of_ids_and_of_nothing():
-    assert tidy([cell(1, "answer-kf", code=False)], {"answer-kf"})[1] == []
+def test_tidy_of_nothing():
     with pytest.raises(HandInError, match="fill in the notebook that was given out"):
         tidy([cell(1, "x", "own")], IDS)

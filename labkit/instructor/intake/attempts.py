@@ -1,0 +1,93 @@
+"""Which of a student's attempts counts, read and made ready to be graded."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import groupby
+
+from ...notebook.read import Cell
+from ..records import HandInError
+from .collect import Entry, Submissions, Unfit
+from .handin import tidy
+from .submission import Work, assemble
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What the instructor decided.
+
+    attempts    which counts: 'newest', 'first', or 'best' of all.
+    due         local time after which a hand-in is late, or None.
+    late_counts whether late ones count at all.
+    """
+
+    attempts: str = "newest"
+    due: datetime | None = None
+    late_counts: bool = True
+
+    def is_late(self, entry: Entry) -> bool:
+        """Whether it came after `due`, or the LMS itself says that it was late."""
+        return entry.late or bool(self.due and entry.when and entry.when > self.due)
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """An attempt that can be graded.
+
+    digest  SHA-256 of the file, in hexadecimal.
+    notes   sentences for the student and the instructor on what was chosen or is odd.
+    """
+
+    entry: Entry
+    digest: str
+    late: bool
+    work: Work
+    notes: list[str]
+
+
+def hand_ins(
+    submissions: Submissions, entries: Iterable[Entry], released: Sequence[Cell], rules: Rules
+) -> Iterator[HandIn | Unfit]:
+    """The attempts of each student that count, one notebook at a time; an Unfit if none of a student's can be graded.
+
+    entries: as `survey` gives them;  released: the cells of the students' notebook as it was handed out.
+    """
+    for _, group in groupby(entries, key=lambda entry: (entry.student, entry.identifier)):
+        yield from _of_student(submissions, list(group), released, rules)
+
+
+def _of_student(submissions, entries, released, rules):
+    order, why = _in_order(entries, rules)
+    several = {"newest": "the newest counts", "first": "the first counts", "best": "the best counts"}[rules.attempts]
+    told = [f"{len(entries)} attempts: {several}."] if len(entries) > 1 else []
+    graded = False
+    for entry in order:
+        try:
+            found = _hand_in(submissions, entry, released, told, rules.is_late(entry))
+        except HandInError as error:
+            why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
+            continue
+        graded = True
+        yield found
+        if rules.attempts != "best":
+            return
+    if not graded:
+        last = entries[-1]
+        yield Unfit(last.student, last.identifier, last.source, last.when, why)
+
+
+def _in_order(entries, rules):
+    """(attempts to be tried in turn until one can be graded, why there are none)."""
+    if not rules.late_counts:
+        entries = [entry for entry in entries if not rules.is_late(entry)]
+        if not entries:
+            return [], "It was handed in late, and late hand-ins do not count."
+    return (entries if rules.attempts == "first" else entries[::-1]), ""
+
+
+def _hand_in(submissions, entry, released, told, late):
+    cells, digest = submissions.read(entry)
+    cells, odd = tidy(cells, {cell.id: cell.code for cell in released if cell.role == "answer"})
+    work = assemble(released, cells)
+    notes = [*entry.notes, *odd, *work.notes, *told, *["Handed in late."] * late]
+    return HandIn(entry, digest, late, work, notes)
