@@ -1,6 +1,16 @@
-import matplotlib
+import os
+import sys
 
-from helpers.drawings import drawn  # noqa: F401 - a fixture of several folders
+# One thread for each process, kernels and graders included: there are as many processes as cores, and threads that
+# wait for one another burn a sixth of the time.
+for library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+# jsonschema looks for it to check internet addresses, which notebooks have none of; it takes 2 s to read its grammar.
+sys.modules.setdefault("rfc3987_syntax", None)
+
+import matplotlib  # noqa: E402 - after the number of threads
+
+from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several folders
 
 # Figures are drawn and no window opens. Not by MPLBACKEND, which kernels started by tests would inherit.
 matplotlib.use("Agg")
