@@ -1,4 +1,5 @@
 import os
+import signal
 import sys
 
 # One thread for each process, kernels and graders included: there are as many processes as cores, and threads that
@@ -7,6 +8,9 @@ for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 # jsonschema looks for it to check internet addresses, which notebooks have none of; it takes 2 s to read its grammar.
 sys.modules.setdefault("rfc3987_syntax", None)
+
+# A shell that starts tests in the background lets them ignore it, and a loop without an end would not be stopped.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import matplotlib  # noqa: E402 - after the number of threads
 

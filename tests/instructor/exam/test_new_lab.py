@@ -11,9 +11,9 @@ import labkit
 from labkit.checks import CheckError, judge
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.variants import variant
-from labkit.instructor.sandbox import wire
 from labkit.instructor.sandbox.proxy import Student
-from labkit.instructor.sandbox.worker import Worker
+
+from helpers.inside import Inside
 
 CURRENT = """
 from dataclasses import dataclass
@@ -114,25 +114,6 @@ def test_its_inputs_are_varied(toy):
     (_, current, t), (_, again, _) = other["calls"][0], variant(scenario, np.random.default_rng(1))["calls"][0]
     assert current == again and list(current) == ["toy.current"] and "right" not in other
     assert 0.02 <= abs(current["toy.current"][0] / 2.0 - 1) <= 0.06 and t != 10.0
-
-
-class Inside:
-    """In the place of a channel: a worker in this process, reached by frames."""
-
-    def __init__(self):
-        self.worker = Worker()
-
-    def settle(self):
-        pass
-
-    def ask(self, request, seconds):
-        answer = self.worker.answer(self._through(request, objects=True))
-        return self._through(answer, objects=False)
-
-    def _through(self, message, objects):
-        frame = wire.pack(message, objects)
-        text, _ = wire.sizes(frame[:8])
-        return wire.unpack(frame[8 : 8 + text], frame[8 + text :], objects)
 
 
 @pytest.fixture
