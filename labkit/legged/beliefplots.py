@@ -78,7 +78,7 @@ def believed(localizer):
 
 def _wedges(grid, most, size=0.24):
     """Triangles (n, 3, 2) in the most possible cells: they point along the heading, as wide as its support."""
-    best = np.argsort(grid.h, axis=None)[::-1][:most]
+    best = np.argsort(grid.h, axis=None, kind="stable")[::-1][:most]
     best = best[(grid.h.flat[best] > 0.3) & (grid.s.flat[best] < 2.5)]
     theta, spread = grid.theta.flat[best], np.minimum(grid.s.flat[best], 1.2) / 2
     base = np.stack([grid.px.flat[best], grid.py.flat[best]], axis=-1)
