@@ -2,19 +2,23 @@
 
 import html
 import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 import ipywidgets as w
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import metrics
 from .canvas import Canvas
 from .checks.feedback import FilterError
 from .explorer import Explorer, Kept, Screen, button, sliders
-from .log import START, START_COV, make_filter, replay, simulate
+from .log import START, START_COV, Log, make_filter, replay, simulate
 from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
 from .robot import HANDOUT_Q, HANDOUT_R, Robot
 from .world import random_map
 
+T = TypeVar("T")
 _FACTOR = {"value": 1.0, "min": -3, "max": 3, "step": 0.1, "readout_format": ".3g"}
 SLIDERS = {
     "Q": (w.FloatLogSlider, {"description": "filter's Q, factor", **_FACTOR}),
@@ -25,19 +29,19 @@ SLIDERS = {
 
 
 def explore(
-    KF,
-    log=None,
-    sensor="xy",
-    sliders=("Q", "R"),
-    kind="nees",
-    landmarks=25,
-    range=2.5,
-    seed=1,
-    Q=None,
-    R=None,
-    x0=START,
-    P0=START_COV,
-):
+    KF: type,
+    log: Log | None = None,
+    sensor: str = "xy",
+    sliders: Sequence[str] = ("Q", "R"),
+    kind: str = "nees",
+    landmarks: int = 25,
+    range: float = 2.5,
+    seed: int = 1,
+    Q: ArrayLike | None = None,
+    R: ArrayLike | None = None,
+    x0: ArrayLike = START,
+    P0: ArrayLike = START_COV,
+) -> Screen:
     """Sliders for what the filter is told, over one recorded run with fixed noise.
 
     KF:      the student's class.  log: a recorded run; without one the handout's robot drives among
@@ -45,7 +49,9 @@ def explore(
     sensor:  'xy' or 'rb', of the handout's robot.
     sliders: any of 'Q', 'R' (factors on the filter's covariances), 'landmarks', 'range'.
     kind:    third panel, 'nees' or 'nis'.
-    Q, R:    the covariances at factor 1: the log's or the handout robot's own unless given.
+    Q, R:    the covariances (2, 2) at factor 1: the log's or the handout robot's own unless given.
+    x0, P0:  the initial estimate (2,) [m] and its covariance (2, 2) [m^2].
+    Raises ValueError for a slider that does not fit, or a log that does not know its noise.
     """
     return RunExplorer(KF, log, sensor, sliders, kind, landmarks, range, seed, Q, R, x0, P0).box
 
@@ -76,7 +82,7 @@ class RunExplorer(Explorer):
         super().__init__(controls, seed, buttons, rows)
 
     @property
-    def told(self):
+    def told(self) -> dict:
         """{name: value}, also of what has no slider."""
         return self.unmoved | super().told
 
@@ -122,7 +128,7 @@ class RunExplorer(Explorer):
         return f"σ = {sigma[0]:.3g} m per {'step' if name == 'Q' else 'landmark'}"
 
 
-def play(run, log, interval=80, most=200):
+def play(run: Any, log: Log, interval: int = 80, most: int = 200) -> Screen:
     """Animate a run: play, pause and a step slider.  `run` is a History, or a filter to be replayed.
 
     Runs of more than `most` steps show every second, third ... step.  interval: [ms] a frame.
@@ -145,13 +151,13 @@ def play(run, log, interval=80, most=200):
     return player(canvas, moments(len(log), most), draw, log, interval)
 
 
-def moments(steps, most):
-    """At most `most` + 1 of the moments 0 ... steps, evenly spaced, with the first and the last among them."""
+def moments(steps: int, most: int) -> NDArray[np.int_]:
+    """(n,) at most `most` + 1 of the moments 0 ... steps, evenly spaced, with the first and the last among them."""
     chosen = np.arange(0, steps + 1, -(-steps // most))
     return chosen if chosen[-1] == steps else np.append(chosen, steps)
 
 
-def player(canvas, steps, draw, log, interval):
+def player(canvas: Canvas, steps: Iterable[int], draw: Callable[[int], str], log: Any, interval: int) -> Screen:
     """Play, pause and a slider over these steps of a log; draw(k) fills the canvas and returns the line of text."""
     texts, frames = [], []
     for k in steps:
@@ -167,7 +173,7 @@ def player(canvas, steps, draw, log, interval):
     return screen
 
 
-def progress(items, label="runs"):
+def progress(items: Iterable[T], label: str = "runs") -> Iterator[T]:
     """Iterate over a sequence with a progress bar and the time left."""
     items = list(items)
     bar = w.IntProgress(0, 0, max(len(items), 1), description=label, style={"description_width": "initial"})

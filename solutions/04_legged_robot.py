@@ -42,7 +42,7 @@ from labkit import check, make_filter, metrics, mrclam, progress, replay, wrap
 from labkit.geometry import compose
 from labkit.legged import FIELD, PRESETS, FuzzyGrid, Hybrid, LeggedRobot, Memory, Noise
 from labkit.legged import ParticleFilter, Triangulation
-from labkit.legged import explore, play, plot_experiment, plot_race, race, ring, show_beliefs
+from labkit.legged import explore, play, plot_experiment, plot_race, poses_around, race, show_beliefs
 from labkit.legged import show_walk, table
 
 # %% [markdown]
@@ -732,11 +732,11 @@ plt.show()
 # surprised it are not lost: together they say where the robot is. So keep the last ten of them (the kit's `Memory` does, for next to nothing), and when you are lost, look for the pose that explains them.
 #
 # `restart(past)` gets, for n remembered sightings: `past.places` (n, 2) of the landmarks, `past.seen` (n, 2) range and bearing, `past.sigma` (n, 2) their standard deviations, `past.since` (n, 3) the motion from
-# that sighting to now, and `past.before` (n, 3) the motion back. It returns `(x0, P0)`, or `None` as long as it is not sure. The kit gives you `ring(place, r, bearing, directions)`, the poses (k, 3) from which a landmark is seen so, and `compose(poses, u)`, the poses after the motions u.
+# that sighting to now, and `past.before` (n, 3) the motion back. It returns `(x0, P0)`, or `None` as long as it is not sure. The kit gives you `poses_around(place, r, bearing, directions)`, the poses (k, 3) from which a landmark is seen so, and `compose(poses, u)`, the poses after the motions u.
 #
 # ### Exercise 8 · `restart(past)`
 # One recipe:
-# 1. *Candidates:* poses on the rings of the last four sightings, moved to now. For sighting i and an array of directions (of the robot as seen from the landmark) that is `compose(ring(past.places[i], *past.seen[i], directions), past.since[i])`.
+# 1. *Candidates:* poses on the rings of the last four sightings, moved to now. For sighting i and an array of directions (of the robot as seen from the landmark) that is `compose(poses_around(past.places[i], *past.seen[i], directions), past.since[i])`.
 # 2. *Cost* of a candidate: where would it have been at each sighting (`compose(pose, past.before)`), and how many σ is what was seen then off? The sum of min(d², 13.8), so that a lie costs no more than that.
 # 3. *Draw* 200 of them anew, with weights exp(−cost/2), flattened in the first rounds; jitter them, by 30 cm and 0.3 rad at first, by half of that in the next round, and so on, four rounds in all.
 # 4. The weighted mean and covariance of the last round are x0 and P0. Return them if at least four sightings, and most of them, fit (d² < 9), and if P0 is narrow. The kit takes over only from a P0 with σ below a metre.
@@ -759,7 +759,7 @@ def restart(past, rounds=4, n=200):
     around = np.linspace(-np.pi, np.pi, 48, endpoint=False)
     latest = list(zip(past.places, past.seen, past.since))[-4:]
     poses = np.vstack(
-        [compose(ring(place, *seen, around), since) for place, seen, since in latest]
+        [compose(poses_around(place, *seen, around), since) for place, seen, since in latest]
     )
     poses = poses[(np.abs(poses[:, :2]) < FIELD.half).all(axis=1)]
     if not len(poses):

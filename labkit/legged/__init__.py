@@ -9,10 +9,10 @@ from importlib import import_module
 from .field import FIELD, Field
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
+from .memory import Memory, PastSightings, poses_around
 from .noise import HARSH, PAPER, PRESETS, REAL, Noise
 from .particles import ParticleFilter
 from .race import race, table
-from .restart import Memory, Remembered, ring
 from .robot import FieldLog, LeggedRobot, Sighting
 from .triangulation import Triangulation
 
@@ -40,11 +40,11 @@ __all__ = [
     "PRESETS",
     "ParticleFilter",
     "REAL",
-    "Remembered",
+    "PastSightings",
     "Sighting",
     "Triangulation",
     "race",
-    "ring",
+    "poses_around",
     "table",
     *_LAZY,
 ]

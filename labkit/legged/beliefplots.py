@@ -1,15 +1,18 @@
 """What localizers believe along a walk, and pictures of that: grid with its headings, particles, estimate, ellipse."""
 
+from collections.abc import Callable, Collection, Sequence
 from types import SimpleNamespace
+from typing import Any, Self
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from ..geometry import ellipse
+from ..geometry import Motion, ellipse
 from ..log import replay
 from ..plots import BLUE, GREEN, VERMILION, arrow
-from .field import FIELD
-from .robot import FOV
+from .field import FIELD, Field
+from .robot import FOV, FieldLog
 from .walkplots import draw_field, pen_lifted
 
 
@@ -18,7 +21,7 @@ class BeliefPanel:
 
     CELLS, PARTICLES = 60, 300  # as many wedges and dots as a picture can bear
 
-    def __init__(self, ax, field=FIELD, title=""):
+    def __init__(self, ax: Axes, field: Field = FIELD, title: str = ""):
         draw_field(ax, field, title)
         half = field.half
         # The grid lies under the field's lines, or those would vanish where it knows nothing.
@@ -44,8 +47,8 @@ class BeliefPanel:
         self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
         self.legend = [self.robot, self.trail, self.sight, self.mean, self.ellipse]
 
-    def show(self, belief, log=None, k=0):
-        """belief: from `believed`; the robot of `log` after k steps."""
+    def show(self, belief: dict, log: FieldLog, k: int) -> Self:
+        """Fill the panel; belief: from `believed`; the robot of `log` after k steps."""
         grid, particles = belief.get("grid"), belief.get("particles")
         self.image.set_data(np.ma.masked_less(grid.h, 0.05) if grid is not None else np.ma.masked_all((2, 2)))
         self.wedges.set_verts(_wedges(grid, self.CELLS) if grid is not None else [])
@@ -53,19 +56,17 @@ class BeliefPanel:
         self.mean.set_data(*arrow(belief["x"], 0.28).T)
         wide = belief["P"][:2, :2].trace() > 1.5
         self.ellipse.set_data(*([], []) if wide else ellipse(belief["x"][:2], belief["P"][:2, :2]).T)
-        if log is not None:
-            pose = log.truth[k]
-            self.robot.set_data(*arrow(pose, 0.28).T)
-            path = pen_lifted(log.truth[: k + 1, :2], [s for s in log.kidnapped if s < k])
-            self.trail.set_data(*path.T)
-            if k:
-                self.sight.set_data(*_view(pose, log.pan[k - 1]).T)
+        truth = np.asarray(log.truth)
+        self.robot.set_data(*arrow(truth[k], 0.28).T)
+        self.trail.set_data(*pen_lifted(truth[: k + 1, :2], [s for s in log.kidnapped if s < k]).T)
+        if k:
+            self.sight.set_data(*_view(truth[k], np.asarray(log.pan)[k - 1]).T)
         return self
 
 
-def believed(localizer):
+def believed(localizer: Any) -> dict:
     """A copy of what a localizer believes: {"x", "P"} and, if it has them, {"grid"} or {"particles"}."""
-    belief = {"x": np.array(localizer.xk_k), "P": np.array(localizer.Pk_k)}
+    belief: dict[str, Any] = {"x": np.array(localizer.xk_k), "P": np.array(localizer.Pk_k)}
     source = localizer.finder if getattr(localizer, "mode", "") == "find" else localizer
     if hasattr(source, "h"):
         copies = {name: np.array(getattr(source, name)) for name in ("h", "theta", "s", "px", "py")}
@@ -94,7 +95,7 @@ def _view(pose, pan, reach=1.2):
     )
 
 
-def beliefs_along(localizer, log, steps):
+def beliefs_along(localizer: Any, log: FieldLog, steps: Collection[int]) -> dict[int, dict]:
     """{step: belief} of a localizer that is replayed over a log."""
     beliefs = {0: believed(localizer)}
 
@@ -109,22 +110,24 @@ def beliefs_along(localizer, log, steps):
 class Watched:
     """A localizer for `replay` that calls note(k) when its k-th step is done."""
 
-    def __init__(self, localizer, note):
+    def __init__(self, localizer: Any, note: Callable[[int], None]):
         self.localizer, self.note, self.k = localizer, note, 0
 
     xk_k = property(lambda self: self.localizer.xk_k)
     Pk_k = property(lambda self: self.localizer.Pk_k)
 
-    def predict(self, u):
+    def predict(self, u: Motion) -> None:
+        """As the localizer does; u (3,)."""
         self.localizer.predict(u)
 
-    def update(self, y):
+    def update(self, y: list) -> None:
+        """As the localizer does; then note it."""
         self.localizer.update(y)
         self.k += 1
         self.note(self.k)
 
 
-def show_beliefs(localizer, log, steps=(0, 1, 4, 10, 20, 60)):
+def show_beliefs(localizer: Any, log: FieldLog, steps: Sequence[int] = (0, 1, 4, 10, 20, 60)) -> None:
     """The paper's figure 4: what a localizer believes after some of the steps of a log."""
     import matplotlib.pyplot as plt
 

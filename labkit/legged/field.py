@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry import Point
 from ..world import Landmark, Map
-from .inputs import is_number
+from .validation import is_number
 
 GOALS = ("yellow goal", "blue goal")
 BEACONS = ("pink-yellow", "yellow-pink", "pink-blue", "blue-pink")
@@ -44,19 +45,19 @@ class Field:
                 raise ValueError(f"{name} ({getattr(self, name)} m) is beyond the carpet's end ({end:g} m)")
 
     @property
-    def map(self):
+    def map(self) -> Map:
         """Map of the landmarks [m]: the middles of the goals' mouths, and the beacons."""
         x, (bx, by) = self.length / 2, (self.beacon_x, self.beacon_y)
         places = [(-x, 0), (x, 0), (-bx, by), (-bx, -by), (bx, by), (bx, -by)]
         return Map(Landmark(p, name) for p, name in zip(places, GOALS + BEACONS))
 
     @property
-    def half(self):
-        """(2,) half the size of the carpet [m]: lines and margin."""
+    def half(self) -> Point:
+        """Half (2,) the size of the carpet [m]: lines and margin."""
         return np.array([self.length / 2 + self.margin, self.width / 2 + self.margin])
 
     @property
-    def area(self):
+    def area(self) -> float:
         """Of the carpet [m^2]."""
         return float(4 * self.half.prod())
 
@@ -64,6 +65,6 @@ class Field:
 FIELD = Field()
 
 
-def is_goal(landmark):
+def is_goal(landmark: Landmark | str) -> bool:
     """Whether a landmark, or its id, is a goal; all others count as beacons."""
     return getattr(landmark, "id", landmark) in GOALS

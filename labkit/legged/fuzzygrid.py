@@ -1,12 +1,15 @@
 """Fuzzy grid localization: for each cell of the field, how possible it is, and which heading goes with it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..geometry import compose, transform
-from .field import FIELD
-from .inputs import as_motion, is_number, known
-from .noise import as_noise
-from .trapezoid import Trapezoids, fused, near
+from ..geometry import Covariance, Motion, Pose, compose, transform
+from .field import FIELD, Field
+from .noise import Noise, as_noise
+from .robot import Sighting
+from .trapezoid import Trapezoids, fast_wrap, fused
+from .validation import as_motion, as_sightings, is_number
 
 FLOOR = 0.01  # no cell is ever ruled out: what is now impossible may be true after a kidnapping
 RELIABILITY = 0.2  # bias of one sighting: what a cell keeps that contradicts it
@@ -27,7 +30,10 @@ class FuzzyGrid:
     self-localization using natural features in the four-legged league" (2005).
     """
 
-    def __init__(self, noise="real", field=FIELD, cell=0.1):
+    xk_k: Pose
+    Pk_k: Covariance
+
+    def __init__(self, noise: Noise | str = "real", field: Field = FIELD, cell: float = 0.1):
         self.noise, self.field = as_noise(noise), field
         if not (is_number(cell) and 0.02 <= cell <= field.half.min()):
             raise ValueError(f"cell must be from 0.02 to {field.half.min():g} m, but it is {cell!r}")
@@ -35,7 +41,7 @@ class FuzzyGrid:
         self.x, self.y = (np.arange(-half + cell / 2, half, cell) for half in field.half)
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
         """Anywhere, with any heading."""
         self.px, self.py = np.meshgrid(self.x, self.y)
         shape = self.px.shape
@@ -44,10 +50,10 @@ class FuzzyGrid:
         self.quality, self._walk = 0.0, np.zeros(2)
         self._locate()
 
-    def predict(self, u):
+    def predict(self, u: Motion) -> None:
         """Turn and walk by the odometry u (3,) of one step [m, m, rad], in the robot's frame."""
         turn, far = as_motion(u)[2], np.hypot(u[0], u[1])
-        self.theta = near(self.theta + turn)
+        self.theta = fast_wrap(self.theta + turn)
         more = 0.15 * abs(turn) + 0.06 * far + 0.001
         self.c, self.s = np.minimum(self.c + more, np.pi), np.minimum(self.s + 2 * more, np.pi)
         # A step is much shorter than a cell: it is kept, in the frame of the robot as it now stands, until a
@@ -59,12 +65,12 @@ class FuzzyGrid:
             self._walk = np.zeros(2)
         self.xk_k = compose(self.xk_k, u)  # as the cells will, once a whole cell has come together
         # Until the next sighting the cells do not tell how far odometry has led astray; this does.
-        self.Pk_k = self.Pk_k + self.noise.astray(u, self.Pk_k[2, 2])
+        self.Pk_k = self.Pk_k + self.noise.motion_covariance(u, self.Pk_k[2, 2])
 
-    def update(self, y):
+    def update(self, y: Sequence[Sighting]) -> None:
         """Fuse the sightings of one image, a list, maybe empty."""
         best = 1.0
-        for sighting in known(y, self.map):
+        for sighting in as_sightings(y, self.map):
             self.theta, self.c, self.s, self.h = fused(self._belief(), self._observed(sighting))
             top = self.h.max()
             self.h = np.maximum(self.h / top, FLOOR)
@@ -84,7 +90,7 @@ class FuzzyGrid:
         sigma_r = self.noise.of_range(sighting) * r + self.noise.range_floor
         core, flank = sigma_r + 0.3 * self.cell, 2 * sigma_r + 1e-9
         fits = np.clip(1 - 0.9 * (abs(distance - r) - core) / flank, RELIABILITY, 1.0)
-        sigma = self.noise.bearing if sighting.complete else self.noise.bearing_partial
+        sigma = self.noise.of_bearing(sighting)
         blur = self.cell / distance  # by as much the direction changes within a cell [rad]
         c = np.minimum(sigma + 0.4 * blur, np.pi)
         s = np.minimum(3 * sigma + 0.8 * blur + 0.05, np.pi)
@@ -130,7 +136,7 @@ class FuzzyGrid:
         x, y = self.px[row, column], self.py[row, column]
         heading = np.arctan2(w @ np.sin(theta), w @ np.cos(theta))
         mean = np.array([w @ x, w @ y, heading])
-        off = np.stack([x - mean[0], y - mean[1], near(theta - heading)])
+        off = np.stack([x - mean[0], y - mean[1], fast_wrap(theta - heading)])
         P = (w * off) @ off.T + np.diag([self.cell**2 / 12, self.cell**2 / 12, 0.0])
         P[2, 2] += float(w @ self.c[row, column]) ** 2 / 3 + 1e-6
         mean[:2] += transform(self._walk, heading)

@@ -4,8 +4,10 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from ..geometry import Covariance, Motion
+from ..world import Landmark
 from .field import is_goal
-from .inputs import is_number
+from .validation import is_number
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Noise:
         used = {name: value for name, value in asdict(self).items() if value}
         return f"Noise({', '.join(f'{k}={v:.3g}' if v is not True else f'{k}=True' for k, v in used.items())})"
 
-    def told(self):
+    def told(self) -> "Noise":
         """What to tell a filter. A bias that nobody knows is noise to it, and must be told as such.
 
         The noise of ten steps partly cancels out, their common bias does not: the bias of odometry counts twice.
@@ -75,26 +77,30 @@ class Noise:
             false_positives=0.0,
         )
 
-    def astray(self, u, heading):
-        """(3, 3) covariance that odometry u (3,) adds to a pose whose heading has the variance `heading` [rad^2]."""
+    def motion_covariance(self, u: Motion, heading: float) -> Covariance:
+        """Covariance (3, 3) that odometry u (3,) adds to a pose whose heading has the variance `heading` [rad^2]."""
         far, turn = np.hypot(u[0], u[1]), abs(u[2])
         xy = (self.odometry * far + self.slip) ** 2 + far**2 * min(heading, 1.0)
         return np.diag([xy, xy, (self.odometry * turn + self.spin) ** 2])
 
-    def of_range(self, landmark):
+    def of_range(self, landmark: Landmark) -> float:
         """Standard deviation of a range to this landmark, as a fraction of the range."""
         return self.range_goal if is_goal(landmark) else self.range_beacon
 
+    def of_bearing(self, landmark: Landmark) -> float:
+        """Standard deviation of a bearing to this landmark [rad], which may be only partly in view."""
+        return self.bearing if landmark.complete else self.bearing_partial
 
-DEGREES = np.deg2rad([2.0, 18.0]).tolist()  # the paper's section 4.2: a landmark wholly in view, and partly
-PAPER = Noise(0.10, 0.05, 0.08, *DEGREES, uniform=True)
-REAL = Noise(0.20, 0.10, 0.15, *DEGREES, 0.05, 0.03, 0.20, 0.01)
-HARSH = Noise(0.30, 0.20, 0.30, 2 * DEGREES[0], DEGREES[1], 0.10, 0.08, 0.40, 0.05)
+
+WHOLE, PARTLY = np.deg2rad([2.0, 18.0]).tolist()  # the paper's section 4.2: a landmark wholly in view, and partly
+PAPER = Noise(0.10, 0.05, 0.08, WHOLE, PARTLY, uniform=True)
+REAL = Noise(0.20, 0.10, 0.15, WHOLE, PARTLY, 0.05, 0.03, 0.20, 0.01)
+HARSH = Noise(0.30, 0.20, 0.30, 2 * WHOLE, PARTLY, 0.10, 0.08, 0.40, 0.05)
 PRESETS = {"paper": PAPER, "real": REAL, "harsh": HARSH}
 
 
-def as_noise(value):
-    """A Noise, or the one that a preset's name stands for."""
+def as_noise(value: Noise | str) -> Noise:
+    """A Noise, or the one that a preset's name stands for; raises ValueError for anything else."""
     if isinstance(value, Noise):
         return value
     if not isinstance(value, str) or value not in PRESETS:

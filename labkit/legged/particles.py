@@ -1,13 +1,16 @@
 """Monte Carlo localization: many guesses, kept or dropped by how well they explain what is seen."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..geometry import compose, wrap
+from ..geometry import Covariance, Motion, Pose, Seed, compose, wrap
 from ..particles import resampled, weighted
-from .field import FIELD
-from .inputs import as_count, as_motion, known
-from .noise import as_noise
-from .restart import ring
+from .field import FIELD, Field
+from .memory import poses_around
+from .noise import Noise, as_noise
+from .robot import Sighting
+from .validation import as_count, as_motion, as_sightings
 
 OUTLIER = 0.05  # how far a sighting may be from all sense: likelihood that is always left
 SLOW, FAST = 0.05, 0.5  # rates of the two averages of the likelihood that the filter compares
@@ -26,13 +29,17 @@ class ParticleFilter:
     mobile robots" (2000).
     """
 
-    def __init__(self, n=500, noise="real", field=FIELD, rng=None):
+    xk_k: Pose
+    Pk_k: Covariance
+
+    def __init__(self, n: int = 500, noise: Noise | str = "real", field: Field = FIELD, rng: Seed = None):
         self.noise, self.field, self.rng = as_noise(noise), field, np.random.default_rng(rng)
         self.map = {lm.id: lm.p for lm in field.map}
         self.n = as_count(n, "n", 10)
         self.reset()
 
-    def reset(self):
+    def reset(self) -> None:
+        """Anywhere, with any heading."""
         half = np.array([*self.field.half, np.pi])
         self.particles = self.rng.uniform(-half, half, (self.n, 3))
         self.w = np.full(self.n, 1 / self.n)
@@ -40,25 +47,27 @@ class ParticleFilter:
         self._locate()
 
     @property
-    def quality(self):
+    def quality(self) -> float:
         """From 0 to 1: how well the particles explain what was seen lately, compared with their long-term average."""
         return min(1.0, self.fast / self.slow)
 
     @property
-    def size(self):
+    def size(self) -> float:
         """How far the particles are spread [m]: four standard deviations."""
         return 4 * float(np.sqrt(np.trace(self.Pk_k[:2, :2])))
 
-    def predict(self, u):
-        noise, u = self.noise, np.asarray(as_motion(u))
+    def predict(self, u: Motion) -> None:
+        """Move each particle by the odometry u (3,) of one step and an error of its own."""
+        noise, u = self.noise, as_motion(u)
         sigma = noise.odometry * abs(u) + [noise.slip, noise.slip, noise.spin]
         sigma = np.maximum(sigma, [0.004, 0.004, 0.01])
         self.particles = compose(self.particles, u + sigma * self.rng.standard_normal((self.n, 3)))
         self.xk_k = compose(self.xk_k, u)  # the particles' mean would count those that are quite elsewhere
-        self.Pk_k = self.Pk_k + noise.astray(u, self.Pk_k[2, 2])
+        self.Pk_k = self.Pk_k + noise.motion_covariance(u, self.Pk_k[2, 2])
 
-    def update(self, y):
-        if not known(y, self.map):
+    def update(self, y: Sequence[Sighting]) -> None:
+        """Weigh the particles by the sightings of one image, and draw them anew when few of them count."""
+        if not as_sightings(y, self.map):
             return
         w = self.w
         for sighting in y:
@@ -76,7 +85,7 @@ class ParticleFilter:
         dx, dy = (self.map[sighting.id] - self.particles[:, :2]).T
         distance = np.hypot(dx, dy)
         sigma_r = self.noise.of_range(sighting) * distance + self.noise.range_floor + 0.05
-        sigma = (self.noise.bearing if sighting.complete else self.noise.bearing_partial) + 0.02
+        sigma = self.noise.of_bearing(sighting) + 0.02
         off = wrap(np.arctan2(dy, dx) - self.particles[:, 2] - bearing)
         d2 = ((distance - r) / sigma_r) ** 2 + (off / sigma) ** 2
         return np.exp(-d2 / 2) + OUTLIER / 10
@@ -92,9 +101,8 @@ class ParticleFilter:
         for part, sighting in zip(np.array_split(which, len(y)), y):
             n = len(part)
             r = sighting.p[0] * (1 + self.noise.of_range(sighting) * self.rng.standard_normal(n))
-            sigma = self.noise.bearing if sighting.complete else self.noise.bearing_partial
-            bearing = sighting.p[1] + sigma * self.rng.standard_normal(n)
-            self.particles[part] = ring(self.map[sighting.id], r, bearing, self.rng.uniform(-np.pi, np.pi, n))
+            bearing = sighting.p[1] + self.noise.of_bearing(sighting) * self.rng.standard_normal(n)
+            self.particles[part] = poses_around(self.map[sighting.id], r, bearing, self.rng.uniform(-np.pi, np.pi, n))
 
     def _locate(self):
         self.xk_k, P = weighted(self.particles, self.w)

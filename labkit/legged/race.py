@@ -1,12 +1,16 @@
 """Run any localizers over the same logs, and compare how well, how soon and how cheaply they find the robot."""
 
 import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..geometry import wrap
+from ..geometry import Array, wrap
 from ..log import replay
+from .robot import FieldLog
 
 SETTLED = 100  # steps after which a localizer that started from nothing should know where it is
 
@@ -22,23 +26,23 @@ class Result:
     """
 
     name: str
-    distance: np.ndarray
-    turned: np.ndarray
-    sure: np.ndarray
+    distance: Array
+    turned: Array
+    sure: NDArray[np.bool_]
     seconds: float
     kidnapped: int | None
 
     @property
-    def tracking(self):
-        """(runs, steps) [m] the distances between the settled start and the kidnapping."""
+    def tracking(self) -> Array:
+        """The distances (runs, steps) [m] between the settled start and the kidnapping."""
         return self.distance[:, SETTLED + 1 : None if self.kidnapped is None else self.kidnapped + 1]
 
-    def found(self):
-        """(runs,) steps from the start until the robot is found; NaN where it never is."""
+    def found(self) -> Array:
+        """Steps (runs,) from the start until the robot is found; NaN where it never is."""
         return self._found_after(0)
 
-    def recovered(self):
-        """(runs,) the same from the kidnapping on."""
+    def recovered(self) -> Array:
+        """The same (runs,) from the kidnapping on."""
         return self._found_after(self.kidnapped)
 
     def _found_after(self, step):
@@ -46,7 +50,7 @@ class Result:
         return np.array([steps_until_found(d[step + 1 :]) for d in known])
 
 
-def steps_until_found(distance, within=0.3, hold=10):
+def steps_until_found(distance: Array, within: float = 0.3, hold: int = 10) -> float:
     """Steps until the error (N,) [m] stays below `within` for `hold` steps; NaN if it never does."""
     if len(distance) < hold:
         return np.nan
@@ -54,7 +58,11 @@ def steps_until_found(distance, within=0.3, hold=10):
     return float(good.argmax() + 1) if good.any() else np.nan
 
 
-def race(contestants, logs, progress=iter):
+def race(
+    contestants: Mapping[str, Callable[[FieldLog], Any]],
+    logs: Iterable[FieldLog],
+    progress: Callable[[Sequence[FieldLog]], Iterable[FieldLog]] = iter,
+) -> list[Result]:
     """A Result for each contestant {name: make}; make(log) gives a fresh localizer for a log.
 
     logs: of the same length, with the robot carried away at the same step, or in none.
@@ -67,7 +75,8 @@ def race(contestants, logs, progress=iter):
     if len(lengths) != 1 or len(kidnapped) != 1:
         raise ValueError("a race needs logs of one length, with a kidnapping at the same step or without one")
     steps = next(iter(kidnapped))
-    errors, sure = {name: [] for name in contestants}, {name: [] for name in contestants}
+    errors: dict[str, list] = {name: [] for name in contestants}
+    sure: dict[str, list] = {name: [] for name in contestants}
     seconds = dict.fromkeys(contestants, 0.0)
     for log in progress(logs):
         for name, make in contestants.items():
@@ -91,7 +100,7 @@ def race(contestants, logs, progress=iter):
     ]
 
 
-def table(results):
+def table(results: Sequence[Result]) -> str:
     """The figures of a race as lines of text."""
     cost = np.array([r.seconds for r in results])
     lines = [

@@ -1,13 +1,18 @@
 """Pictures of a race: error over time, how soon a robot is found again, accuracy against cost."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
+from .race import Result
 from .robot import DT
 
 SOON = 60  # steps after a kidnapping that are drawn
-STYLES = [
+STYLES: list[dict[str, Any]] = [
     {"color": color, "ls": style}
     for color, style in [
         (BLUE, "-"),
@@ -22,7 +27,7 @@ STYLES = [
 ]
 
 
-def plot_race(axes, results):
+def plot_race(axes: Sequence[Axes], results: Sequence[Result]) -> None:
     """Three axes: median error over time, share of runs recovered over time, accuracy against cost."""
     left, middle, right = axes
     kidnapped, dots = results[0].kidnapped, []

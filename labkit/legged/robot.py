@@ -1,15 +1,17 @@
 """A legged robot that walks about on the field, turns its head, and sees some of the landmarks."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from ..geometry import transform, wrap
+from ..geometry import Array, Seed, transform, wrap
 from ..log import Log
 from ..world import Landmark
-from .field import FIELD, is_goal
-from .inputs import as_count
+from .field import FIELD, Field, is_goal
 from .noise import Noise, as_noise
+from .validation import as_count
 
 DT = 0.1  # [s] one step: one camera image in three, and the pace of the paper's motion commands
 SPEED = 0.25  # [m/s] of a walk
@@ -27,7 +29,7 @@ class Sighting(Landmark):
 
     __slots__ = ("complete",)
 
-    def __init__(self, p, id, complete=True):
+    def __init__(self, p: ArrayLike, id: Any, complete: bool = True):
         super().__init__(p, id)
         self.complete = bool(complete)
 
@@ -44,10 +46,10 @@ class FieldLog(Log):
     kidnapped: the steps in which somebody carried it away.
     """
 
-    complete: np.ndarray | None = None
-    pan: np.ndarray | None = None
+    complete: NDArray[np.bool_] | None = None
+    pan: Array | None = None
     noise: Noise | None = None
-    field: object = FIELD
+    field: Field = FIELD
     kidnapped: tuple = ()
 
     def __post_init__(self):
@@ -63,13 +65,14 @@ class FieldLog(Log):
         if strange:
             raise ValueError(f"seen_id names a landmark that is not in the map: {min(strange)!r}")
 
-    def seen_by(self, *args, **options):
+    def seen_by(self, *args: Any, **options: Any) -> Log:
+        """Raises ValueError: nothing tells what another camera would have seen."""
         raise ValueError("a walk on the field cannot be seen by another sensor: record one of a robot with other noise")
 
-    def measurements(self):
+    def measurements(self) -> list[list[Landmark]]:
         """N lists of Sighting, fresh at each call."""
         lists = super().measurements()
-        complete = iter(self.complete.tolist())
+        complete = iter(np.asarray(self.complete).tolist())
         for seen in lists:
             seen[:] = [_sighting(lm, next(complete)) for lm in seen]
         return lists
@@ -89,12 +92,14 @@ class LeggedRobot:
     rng:   a numpy Generator, or a seed for one: the same seed gives the same runs.
     """
 
-    def __init__(self, noise="real", field=FIELD, pose=None, rng=None):
+    def __init__(
+        self, noise: Noise | str = "real", field: Field = FIELD, pose: ArrayLike | None = None, rng: Seed = None
+    ):
         self.noise, self.field = as_noise(noise), field
         self.rng = np.random.default_rng(rng)
         self.pose = self._anywhere() if pose is None else _as_pose(pose, field)
 
-    def record(self, steps=300, kidnap=(), to=None):
+    def record(self, steps: int = 300, kidnap: ArrayLike = (), to: ArrayLike | None = None) -> FieldLog:
         """A FieldLog of `steps` steps from where the robot stands (which it does not change).
 
         kidnap: the step, or steps, at whose beginning the robot is carried to another place, at least 1.5 m

@@ -9,27 +9,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry import Array
+
 
 @dataclass
 class Trapezoids:
     """Arrays of one shape: theta, c, s [rad] and h; the bias b is a number or an array."""
 
-    theta: np.ndarray
-    c: np.ndarray
-    s: np.ndarray
-    h: np.ndarray
+    theta: Array
+    c: Array
+    s: Array
+    h: Array
     b: float
 
 
-def fused(one, two):
-    """Outer trapezoids of the products of two families of trapezoids: (theta, c, s, h).
+def fused(one: Trapezoids, two: Trapezoids) -> tuple[Array, Array, Array, Array]:
+    """Outer trapezoids (theta, c, s, h) of the products of two families of trapezoids, all of one shape (...).
 
     Where the cores overlap, their intersection is the new core. Where only the supports do, the new core is
     that point of their overlap where the product is largest. Where nothing does, the two contradict each
     other: the higher one stays, at the height that the other's bias leaves it.
     """
     one, two = _all_round(one), _all_round(two)
-    apart = near(two.theta - one.theta)
+    apart = fast_wrap(two.theta - one.theta)
     side, D = np.sign(apart), abs(apart)  # positions p count from one.theta toward two.theta
     low, high = np.maximum(-one.c, D - two.c), np.minimum(one.c, D + two.c)
 
@@ -51,7 +53,7 @@ def fused(one, two):
     c = np.where(alien, np.where(keep, one.c, two.c), c)
     s = np.where(alien, np.where(keep, one.s, two.s), s)
     h = np.where(alien, np.maximum(one.h * two.b, two.h * one.b), h)
-    return near(one.theta + side * p), np.minimum(c, np.pi), np.clip(s, np.minimum(c, np.pi), np.pi), h
+    return fast_wrap(one.theta + side * p), np.minimum(c, np.pi), np.clip(s, np.minimum(c, np.pi), np.pi), h
 
 
 def _all_round(t):
@@ -62,12 +64,12 @@ def _all_round(t):
     return Trapezoids(t.theta, np.where(whole, 2 * np.pi, t.c), np.where(whole, 2 * np.pi, t.s), t.h, t.b)
 
 
-def near(angle):
-    """`wrap` for grids, many times faster than by remainder; pi itself may come out as -pi, which is no matter here."""
+def fast_wrap(angle: Array) -> Array:
+    """`wrap` for grids (...), many times faster than by remainder; pi itself may come out as -pi, no matter here."""
     return angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
 
 
-def value(trapezoid, away):
-    """Values at angles that are `away` [rad] from the middles."""
+def value(trapezoid: Trapezoids, away: Array) -> Array:
+    """Values (...) at angles that are `away` [rad] from the middles."""
     rise = (trapezoid.s - abs(away)) / np.maximum(trapezoid.s - trapezoid.c, 1e-9)
     return trapezoid.b + (trapezoid.h - trapezoid.b) * np.clip(rise, 0.0, 1.0)

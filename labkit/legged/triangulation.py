@@ -1,10 +1,13 @@
 """Triangulation: the pose that fits the latest sightings of a few landmarks, and nothing else."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..geometry import align, compose, transform
-from .field import FIELD
-from .inputs import as_motion, known
+from ..geometry import Motion, align, compose, transform
+from .field import FIELD, Field
+from .robot import Sighting
+from .validation import as_motion, as_sightings
 
 OLD = 20  # steps after which a sighting is forgotten
 
@@ -16,13 +19,14 @@ class Triangulation:
     or more landmarks their places and those of the map are laid on one another: see `labkit.geometry.align`.
     """
 
-    def __init__(self, noise=None, field=FIELD):
+    def __init__(self, field: Field = FIELD):
         self.map = {lm.id: lm.p for lm in field.map}
-        self.seen = {}  # id: [place in the robot's frame (2,), age, weight]
+        self.seen: dict[str, list] = {}  # id: [place in the robot's frame (2,), age, weight]
         self.xk_k, self.Pk_k = np.zeros(3), np.diag([*field.half**2, np.pi**2]) / 3
 
-    def predict(self, u):
-        u = np.asarray(as_motion(u))
+    def predict(self, u: Motion) -> None:
+        """Carry what was seen along by the odometry u (3,) of one step."""
+        u = as_motion(u)
         self.seen = {
             name: [transform(p - u[:2], -u[2]), age + 1, weight]
             for name, (p, age, weight) in self.seen.items()
@@ -31,8 +35,9 @@ class Triangulation:
         self.xk_k = compose(self.xk_k, u)
         self.Pk_k = self.Pk_k + np.diag([0.02, 0.02, 0.05]) ** 2  # without a fit it knows less with every step
 
-    def update(self, y):
-        for sighting in known(y, self.map):
+    def update(self, y: Sequence[Sighting]) -> None:
+        """Note the sightings of one image, then fit, if there is anything new."""
+        for sighting in as_sightings(y, self.map):
             r, bearing = sighting.p
             place = r * np.array([np.cos(bearing), np.sin(bearing)])
             self.seen[sighting.id] = [place, 0, (1.0 if sighting.complete else 0.1) / max(r, 0.3) ** 2]

@@ -1,17 +1,23 @@
 """Pictures of the field and of walks on it: paths, errors, surprises. As in `labkit.plots`, a panel is set up once."""
 
+from collections.abc import Sequence
+from typing import Self
+
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from .. import metrics
-from ..geometry import ellipse
+from ..geometry import Array, Points, ellipse
+from ..log import History
 from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow
-from .field import BEACONS, FIELD, GOALS
+from .field import BEACONS, FIELD, GOALS, Field
+from .robot import FieldLog
 
 YELLOW, SKY, PINK = "#F0C808", "#2E86DE", "#E377C2"
 
 
-def draw_field(ax, field=FIELD, title=""):
+def draw_field(ax: Axes, field: Field = FIELD, title: str = "") -> None:
     """Lines, goals and beacons of a field, all that never moves."""
     x, y = field.length / 2, field.width / 2
     ax.add_patch(Rectangle((-x, -y), 2 * x, 2 * y, fill=False, ec="0.6", lw=1.2))
@@ -34,7 +40,7 @@ def draw_field(ax, field=FIELD, title=""):
 class WalkPanel:
     """A whole walk: true path, estimated path, 3-sigma ellipses along it."""
 
-    def __init__(self, ax, field=FIELD, title="Walk, with 3σ ellipses"):
+    def __init__(self, ax: Axes, field: Field = FIELD, title: str = "Walk, with 3σ ellipses"):
         draw_field(ax, field, title)
         (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.2, label="estimate")
@@ -44,10 +50,12 @@ class WalkPanel:
         self.artists = [self.ellipses, self.truth, self.estimate, self.lifted, self.start]
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, fontsize=8, frameon=False)
 
-    def show(self, log, history, ellipses=25):
-        self.truth.set_data(*pen_lifted(log.truth[:, :2], log.kidnapped).T)
-        self.start.set_data(*log.truth[[0, *(k + 1 for k in log.kidnapped)], :2].T)
-        self.lifted.set_data(*log.truth[list(log.kidnapped), :2].T)
+    def show(self, log: FieldLog, history: History, ellipses: int = 25) -> Self:
+        """Fill the panel with a walk and what a filter believed of it."""
+        path, kidnapped = np.asarray(log.truth)[:, :2], log.kidnapped
+        self.truth.set_data(*pen_lifted(path, kidnapped).T)
+        self.start.set_data(*path[[0, *(k + 1 for k in kidnapped)]].T)
+        self.lifted.set_data(*path[list(kidnapped)].T)
         # An estimate of "anywhere" is just the middle of the field.
         sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
         self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
@@ -60,8 +68,8 @@ class WalkPanel:
         return self
 
 
-def pen_lifted(path, kidnapped):
-    """A path (N+1, 2) with the pen lifted where the robot was carried."""
+def pen_lifted(path: Points, kidnapped: Sequence[int]) -> Points:
+    """A path (N+1, 2) [m] with the pen lifted where the robot was carried."""
     return np.insert(path, [k + 1 for k in kidnapped], np.nan, axis=0)
 
 
@@ -72,17 +80,19 @@ def _legend_below(ax):
 class DistancePanel:
     """Error of the position and of the heading over time."""
 
-    def __init__(self, ax, duration, limit=8.0, kidnapped=True):
+    def __init__(self, ax: Axes, duration: float, limit: float = 8.0, kidnapped: bool = True):
         ax.set(xlim=(0, duration), ylim=(0.005, limit), yscale="log", xlabel="time [s]", ylabel="error")
         ax.set_title("Error of the estimate", fontsize=11)
+        self.ax = ax
         (self.distance,) = ax.plot([], [], "-", color=BLUE, lw=1.2, label="position [m]")
         (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
         (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
         self.artists = [self.kidnap, self.heading, self.distance]
         _legend_below(ax)
 
-    def show(self, log, history):
-        error, (low, high) = metrics.errors(history, log), self.distance.axes.get_ylim()
+    def show(self, log: FieldLog, history: History) -> Self:
+        """Fill the panel with the errors along a walk."""
+        error, (low, high) = metrics.errors(history, log), self.ax.get_ylim()
         self.distance.set_data(log.times, np.hypot(*error[:, :2].T).clip(low, high))
         self.heading.set_data(log.times, abs(error[:, 2]).clip(low, high))
         at = log.times[list(log.kidnapped)]
@@ -93,24 +103,26 @@ class DistancePanel:
 class SurprisePanel:
     """d2 of each sighting over time, and the bound above which one counts as a surprise."""
 
-    def __init__(self, ax, duration):
+    def __init__(self, ax: Axes, duration: float):
         ax.set(xlim=(0, duration), ylim=(1e-2, 1e3), yscale="log", xlabel="time [s]", ylabel="d² of a sighting")
         ax.set_title("How surprising are the sightings?", fontsize=11)
+        self.ax = ax
         (self.dots,) = ax.plot([], [], ".", color=BLUE, ms=3, label="one sighting")
         (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
         (self.find,) = ax.plot([], [], "|", color=VERMILION, ms=9, mew=1.5, label="grid at work")
         self.artists = [self.dots, self.bound, self.find]
         _legend_below(ax)
 
-    def show(self, times, d2, bound, finding):
-        low, high = self.dots.axes.get_ylim()
+    def show(self, times: Array, d2: Array, bound: float, finding: Array) -> Self:
+        """Fill the panel: times (n,) [s] and d2 (n,) of sightings, times (m,) [s] at which the grid was at work."""
+        low, high = self.ax.get_ylim()
         self.dots.set_data(times, np.clip(d2, low, high))
-        self.bound.set_data(self.dots.axes.get_xlim(), [bound, bound])
+        self.bound.set_data(self.ax.get_xlim(), [bound, bound])
         self.find.set_data(finding, np.full(len(finding), 1.6 * low))
         return self
 
 
-def plot_experiment(axes, log, history):
+def plot_experiment(axes: Sequence[Axes], log: FieldLog, history: History) -> None:
     """The paper's figures 6 to 8: error of (x, y) and of the heading over time, with what it says is never exceeded."""
     error = metrics.errors(history, log)
     for ax, values, bound, label in [
@@ -122,7 +134,7 @@ def plot_experiment(axes, log, history):
         ax.set(xlim=(0, log.times[-1]), ylim=(0, 1.15 * max(bound, values.max())), xlabel="time [s]", ylabel=label)
 
 
-def show_walk(log, history=None, title=""):
+def show_walk(log: FieldLog, history: History | None = None, title: str = "") -> None:
     """A walk on the field and, with the History of a filter, its error over time."""
     import matplotlib.pyplot as plt  # here only: the panels need no pyplot
 

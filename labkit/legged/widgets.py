@@ -1,22 +1,25 @@
 """Sliders for the switching filter, and beliefs side by side. As in `labkit.widgets`, the walk stays the same."""
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import ipywidgets as w
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import metrics
 from ..canvas import Canvas
 from ..checks.feedback import FilterError
 from ..explorer import Explorer, Screen, button, sliders
-from ..log import make_filter, replay
+from ..log import History, make_filter, replay
 from ..widgets import moments, player
 from .beliefplots import BeliefPanel, Watched, beliefs_along
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
 from .noise import PRESETS
 from .race import steps_until_found
-from .robot import DT, LeggedRobot
+from .robot import DT, FieldLog, LeggedRobot
 from .walkplots import DistancePanel, SurprisePanel, WalkPanel
 
 STEPS, KIDNAP = 300, 150
@@ -29,7 +32,14 @@ SLIDERS = {
 }
 
 
-def explore(EKF, lost, preset="harsh", sliders=("gate", "bound", "share"), seed=1, background=0):
+def explore(
+    EKF: type,
+    lost: Callable[..., bool],
+    preset: str = "harsh",
+    sliders: Sequence[str] = ("gate", "bound", "share"),
+    seed: int = 1,
+    background: int = 0,
+) -> Screen:
     """Sliders over one recorded walk with a kidnapping: noise preset, the filter's gate, when to switch.
 
     EKF:  the student's class, made as EKF(x0, P0, map, noise, gate=...).
@@ -84,19 +94,19 @@ class WalkExplorer(Explorer):
             return make_filter(KF, log, x0=x0, P0=P0, noise=noise)
 
         hybrid = Hybrid(FuzzyGrid(noise), follow, lost, self.background)
-        at_work, seen = [hybrid.quick], []  # of each step: the EKF, or None while the finder works
+        at_work, seen = [hybrid.tracker], []  # of each step: the EKF, or None while the finder works
 
         def note(k):
             if at_work[-1] is not None:
                 seen.extend((log.times[k], float(d2)) for d2 in at_work[-1].d2)
-            at_work.append(hybrid.quick)
+            at_work.append(hybrid.tracker)
 
         history = replay(Watched(hybrid, note), log)
         return history, np.array([one is None for one in at_work[:-1]]), *np.reshape(seen, (-1, 2)).T
 
 
-def in_words(log, history, finding):
-    """The figures of a walk with a kidnapping, in one line of text."""
+def in_words(log: FieldLog, history: History, finding: NDArray[np.bool_]) -> str:
+    """The figures of a walk with a kidnapping, in one line of text; finding (N,): whether the grid was at work."""
     distance, kidnapped = metrics.distances(history, log), log.kidnapped[0]
     steps = steps_until_found(distance[kidnapped + 1 :])
     found = f"found again in {steps * DT:.1f} s" if np.isfinite(steps) else "never found again"
@@ -106,7 +116,7 @@ def in_words(log, history, finding):
     )
 
 
-def play(localizers, log, interval=100, most=150):
+def play(localizers: Mapping[str, Any], log: FieldLog, interval: int = 100, most: int = 150) -> Screen:
     """Animate what several localizers believe, side by side: {name: localizer}, one or up to three."""
     if not 1 <= len(localizers) <= 3:
         raise ValueError(f"localizers must be a dictionary of one to three, but it has {len(localizers)}")

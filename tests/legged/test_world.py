@@ -173,9 +173,10 @@ def test_a_seed_repeats_a_run_and_a_run_leaves_the_robot_where_it_is():
 
 
 def test_nothing_touches_the_global_random_state():
-    before = np.random.get_state()[1].copy()
+    # The ruff rule against the legacy generator is right; here it is what is watched.
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
     LeggedRobot("harsh").record(20, kidnap=10)
-    np.testing.assert_array_equal(before, np.random.get_state()[1])
+    np.testing.assert_array_equal(before, np.random.get_state()[1])  # noqa: NPY002
 
 
 def test_a_log_says_what_it_is():

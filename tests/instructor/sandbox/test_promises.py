@@ -13,7 +13,7 @@ import pytest
 from labkit.instructor.records import CommandError
 from labkit.instructor.sandbox import cgroup, levels, probe
 from labkit.instructor.sandbox import choose as sandboxes
-from labkit.instructor.sandbox.channel import Channel, WorkerLostError, StudentCodeError
+from labkit.instructor.sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from labkit.instructor.sandbox.launch import Sandbox, make_runtime, readable
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="grading needs a Unix")

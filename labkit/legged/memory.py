@@ -1,18 +1,22 @@
 """Poses that explain a sighting, and a memory of the last sightings for whoever has to start anew."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..checks.feedback import FilterError, explain
-from ..geometry import as_covariance, compose, inverse, relative, wrap
-from .field import FIELD
-from .inputs import as_count, as_motion, known
-from .noise import as_noise
+from ..geometry import Array, Covariance, Motion, Points, Pose, Poses, as_covariance, compose, inverse, relative, wrap
+from ..world import Landmark
+from .field import FIELD, Field
+from .noise import Noise, as_noise
+from .robot import Sighting
+from .validation import as_count, as_motion, as_sightings
 
 
-def ring(place, r, bearing, directions):
-    """Poses (n, 3) from which a landmark at `place` (2,) [m] is seen at range r [m] and bearing [rad].
+def poses_around(place: Points, r: Array | float, bearing: Array | float, directions: Array) -> Poses:
+    """Poses (n, 3) from which a landmark at `place` (2,) [m] is seen at range r [m] and bearing [rad], numbers or (n,).
 
     directions (n,) [rad]: of the robot as seen from the landmark, in the world frame.
     """
@@ -22,7 +26,7 @@ def ring(place, r, bearing, directions):
 
 
 @dataclass(frozen=True)
-class Remembered:
+class PastSightings:
     """The last n sightings, the oldest first, as seen from now.
 
     places (n, 2) [m] of the landmarks in the map;  seen (n, 2) (range [m], bearing [rad]);
@@ -30,11 +34,11 @@ class Remembered:
     since  (n, 3) the motion from then to now;  before (n, 3) the motion back, from now to then.
     """
 
-    places: np.ndarray
-    seen: np.ndarray
-    sigma: np.ndarray
-    since: np.ndarray
-    before: np.ndarray
+    places: Points
+    seen: Array
+    sigma: Array
+    since: Motion
+    before: Motion
 
     def __len__(self):
         return len(self.seen)
@@ -43,39 +47,42 @@ class Remembered:
 class Memory:
     """A finder for a Hybrid that only remembers, and is asked for a pose only when one is wanted.
 
-    restart: restart(remembered) -> (x0 (3,), P0 (3, 3)), or None as long as the sightings leave it open.
+    restart: restart(past) -> (x0 (3,), P0 (3, 3)), or None as long as the sightings leave it open.
     most:    how many sightings are kept.
     """
 
-    def __init__(self, restart, noise="real", field=FIELD, most=10):
+    def __init__(
+        self, restart: Callable[[PastSightings], Any], noise: Noise | str = "real", field: Field = FIELD, most: int = 10
+    ):
         self.restart, self.noise, self.most = restart, as_noise(noise), as_count(most, "most")
         self.map = {lm.id: lm.p for lm in field.map}
         self._wide = np.diag([*field.half**2, np.pi**2]) / 3
         self.reset()
 
-    def reset(self):
-        self._now, self._seen, self._answer, self._fresh = np.zeros(3), [], None, True
+    def reset(self) -> None:
+        """Forget everything."""
+        self._seen: list[tuple[Landmark, Pose]] = []
+        self._now, self._answer, self._fresh = np.zeros(3), None, True
 
-    def predict(self, u):
+    def predict(self, u: Motion) -> None:
+        """Add the odometry u (3,) of one step to the motion since each sighting."""
         self._now = compose(self._now, as_motion(u))  # in the frame of where the memory begins
         self._fresh = False
 
-    def update(self, y):
-        self._seen += [(sighting, self._now) for sighting in known(y, self.map)]
+    def update(self, y: Sequence[Sighting]) -> None:
+        """Remember the sightings of one image."""
+        self._seen += [(sighting, self._now) for sighting in as_sightings(y, self.map)]
         self._seen = self._seen[-self.most :]
         self._fresh = self._fresh and not y
 
-    def remembered(self):
-        """What is kept, as a Remembered."""
-        sightings, then = [s for s, _ in self._seen], np.array([p for _, p in self._seen]).reshape(-1, 3)
-        seen = np.array([s.p for s in sightings]).reshape(-1, 2)
-        places = np.array([self.map[s.id] for s in sightings]).reshape(-1, 2)
-        noise = self.noise
-        of_range = np.array([noise.of_range(s) for s in sightings])
-        bearing = np.array([noise.bearing if s.complete else noise.bearing_partial for s in sightings])
-        sigma = np.column_stack([of_range * seen[:, 0] + noise.range_floor, bearing]) + 1e-6
-        since = relative(self._now, then)
-        return Remembered(places, seen, sigma, since, inverse(since))
+    def remembered(self) -> PastSightings:
+        """What is kept, as seen from now."""
+        noise, sightings = self.noise, [s for s, _ in self._seen]
+        seen = np.reshape([s.p for s in sightings], (-1, 2))
+        places = np.reshape([self.map[s.id] for s in sightings], (-1, 2))
+        sigma = [(noise.of_range(s) * s.p[0] + noise.range_floor, noise.of_bearing(s)) for s in sightings]
+        since = relative(self._now, np.reshape([pose for _, pose in self._seen], (-1, 3)))
+        return PastSightings(places, seen, np.reshape(sigma, (-1, 2)) + 1e-6, since, inverse(since))
 
     def _ask(self):
         if not self._fresh:
@@ -104,20 +111,24 @@ class Memory:
             raise FilterError(f"`restart` should return (x0 (3,), P0 (3, 3)) or None, but {what}: {error}.") from error
 
     @property
-    def quality(self):
+    def quality(self) -> float:
+        """1 if `restart` has an answer, else 0."""
         return 1.0 if self._ask() is not None else 0.0
 
     @property
-    def size(self):
+    def size(self) -> float:
+        """Standard deviation of the answer's position [m], infinite without one."""
         found = self._ask()
         return np.inf if found is None else float(np.sqrt(np.trace(found[1][:2, :2])))
 
     @property
-    def xk_k(self):
+    def xk_k(self) -> Pose:
+        """The answer's pose (3,), or the middle of the field."""
         found = self._ask()
         return np.zeros(3) if found is None else found[0]
 
     @property
-    def Pk_k(self):
+    def Pk_k(self) -> Covariance:
+        """The answer's covariance (3, 3), or that of a pose anywhere on the field."""
         found = self._ask()
         return self._wide if found is None else found[1]

@@ -1,9 +1,16 @@
 """What a localizer is given, checked before it does harm."""
 
 import math
+from collections.abc import Container, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..geometry import Motion
+from ..world import Landmark
 
 
-def is_number(value):
+def is_number(value: Any) -> bool:
     """Whether value is one finite number."""
     try:
         return math.isfinite(value) and not isinstance(value, str)
@@ -11,22 +18,22 @@ def is_number(value):
         return False
 
 
-def as_count(value, name, least=1):
+def as_count(value: Any, name: str, least: int = 1) -> int:
     """Value as an int, if it is a whole number of at least `least`; raises ValueError that names the argument."""
     if not is_number(value) or value != int(value) or value < least:
         raise ValueError(f"{name} must be a whole number, {least} or more, but it is {value!r}")
     return int(value)
 
 
-def as_motion(u):
-    """u, if it is three finite numbers [m, m, rad]; raises ValueError."""
+def as_motion(u: Motion) -> Motion:
+    """U (3,) as an array, if it is three finite numbers [m, m, rad]; raises ValueError."""
     if len(u) != 3 or not all(map(math.isfinite, u)):
         raise ValueError(f"u must be three finite numbers (ahead, to the left, turned), but it is {u!r}")
-    return u
+    return np.asarray(u)
 
 
-def known(y, places):
-    """y, if all its sightings are of landmarks in `places` and made of finite numbers; raises ValueError."""
+def as_sightings(y: Sequence[Landmark], places: Container) -> Sequence[Landmark]:
+    """Y, if all its sightings are of landmarks in `places` and made of finite numbers; raises ValueError."""
     for sighting in y:
         if sighting.id not in places:
             raise ValueError(f"y names a landmark that is not on the field: {sighting.id!r}")
