@@ -1,0 +1,62 @@
+"""The gradebook's file: its tables, made when it is new and checked when it is not."""
+
+import secrets
+import sqlite3
+from pathlib import Path
+
+from ..records import CommandError
+
+VERSION = 1
+TABLES = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE paper (lab TEXT, digest TEXT, checks TEXT, PRIMARY KEY (lab, digest));
+CREATE TABLE submission (
+    id INTEGER PRIMARY KEY, lab TEXT, student TEXT, identifier TEXT, source TEXT, digest TEXT, paper TEXT,
+    handed_in TEXT, late INTEGER, notes TEXT, answers TEXT, level INTEGER, problem TEXT, done INTEGER,
+    current INTEGER, added TEXT);
+CREATE INDEX by_student ON submission (lab, student, identifier);
+CREATE TABLE mark (
+    submission INTEGER REFERENCES submission, chk TEXT, points REAL, status TEXT, reason TEXT, lines TEXT,
+    mistake TEXT, at TEXT, PRIMARY KEY (submission, chk));
+CREATE TABLE hand (
+    lab TEXT, student TEXT, identifier TEXT, chk TEXT, points REAL, reason TEXT, answer TEXT, at TEXT,
+    PRIMARY KEY (lab, student, identifier, chk));
+CREATE TABLE figure (submission INTEGER PRIMARY KEY, data BLOB);
+"""
+
+
+def connect(path: Path, seed: int | None) -> tuple[sqlite3.Connection, int]:
+    """(connection, seed of the random inputs) of the gradebook in `path`, which is made if it is not there.
+
+    Raises CommandError if the file is no gradebook, is another version's, or was begun with another seed.
+    """
+    try:
+        db = sqlite3.connect(path, timeout=5, isolation_level=None)
+        db.execute("PRAGMA journal_mode=WAL")
+        db.execute("PRAGMA synchronous=NORMAL")
+        _make(db, seed)
+        meta = dict(db.execute("SELECT key, value FROM meta").fetchall())
+    except sqlite3.Error as error:
+        raise CommandError(
+            f"{path} cannot be used as a gradebook ({error}): move it away, or choose another --out."
+        ) from None
+    if meta.get("version") != str(VERSION):
+        raise CommandError(
+            f"{path} was made by another version of this kit: finish with that one, or choose another --out."
+        )
+    if seed is not None and seed != int(meta["seed"]):
+        raise CommandError(
+            f"{path} was begun with --seed {meta['seed']}: leave the option out, or choose another --out."
+        )
+    return db, int(meta["seed"])
+
+
+def _make(db: sqlite3.Connection, seed: int | None) -> None:
+    """The tables of a new file, all of them or none; those of an old one stay."""
+    db.execute("BEGIN IMMEDIATE")
+    with db:
+        if not db.execute("SELECT name FROM sqlite_master WHERE name = 'meta'").fetchall():
+            for statement in TABLES.split(";"):
+                db.execute(statement)
+            first = {"version": VERSION, "seed": secrets.randbits(62) if seed is None else seed}
+            db.executemany("INSERT INTO meta VALUES (?, ?)", [(key, str(value)) for key, value in first.items()])

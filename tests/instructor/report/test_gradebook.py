@@ -1,0 +1,111 @@
+"""The gradebook: what is committed stays, a person's marks count most, and one submission of each student counts."""
+
+import sqlite3
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from labkit.instructor.records import BY_HAND, ERROR, FAILED, NOT_RUN, OPEN, PASSED, Check, CommandError
+from labkit.instructor.report.gradebook import Gradebook
+
+CHECKS = [Check("kf", "The filter", 2), Check("q1", "Why?", 3, hand=True)]
+
+
+@pytest.fixture
+def book(tmp_path):
+    with closing(Gradebook(tmp_path / "book.db", seed=7)) as book:
+        book.set_paper("lab", "paper", CHECKS)
+        yield book
+
+
+def add(book, student="Ada", digest="d", answer="so", level=3, **more):
+    id = book.add("lab", student, "", "a.ipynb", digest, "paper", None, False, [], {"q1": answer}, **more)
+    book.set_level([id], level)
+    book.choose(id, [], False)
+    return id
+
+
+def only(book):
+    (result,) = book.results("lab")
+    return result
+
+
+def test_the_first_mark_counts_and_what_has_none_is_not_run(book):
+    id = add(book)
+    assert [mark.status for mark in only(book).marks] == [NOT_RUN, OPEN]
+    book.mark(id, "kf", 2, PASSED)
+    book.mark(id, "kf", 0, FAILED, "again")
+    assert only(book).marks[0].points == 2 and book.marked(id) == {"kf"}
+    assert book.unfinished("lab")
+    book.finish(id, {"x": np.arange(3)})
+    assert not book.unfinished("lab") and list(book.figure(id)["x"]) == [0, 1, 2]
+
+
+def test_a_persons_mark_stays_and_tells_when_the_answer_has_changed(book):
+    id = add(book)
+    book.mark(id, "kf", 0, FAILED, "No.", ["a line"], "a mistake")
+    assert only(book).marks[0].lines == ("a line",)
+    for check in ("kf", "q1"):
+        book.hand(only(book), check, 1.5, "Good.")
+    assert [(m.points, m.status, m.reason) for m in only(book).marks] == [(1.5, BY_HAND, "Good.")] * 2
+    add(book, digest="another", answer="or so")
+    told = [mark.reason for mark in only(book).marks]
+    assert told == ["Good.", "Good. (The answer has changed since it was marked.)"]
+
+
+def test_the_last_choice_counts_or_the_best_that_could_be_graded(book):
+    ids = [add(book, digest=str(n)) for n in range(2)]
+    bad = add(book, digest="bad", problem="No notebook.")
+    for id, points in zip(ids, (2, 1)):
+        book.mark(id, "kf", points, PASSED)
+    assert only(book).id == bad and only(book).marks == []
+    book.choose_best("lab")
+    assert only(book).id == ids[0]
+    assert book.find("lab", "Ada", "", "1")[0] == ids[1] and book.find("lab", "Ada", "", "9") is None
+
+
+def test_checks_that_could_not_be_run_are_run_again_and_others_are_not(book):
+    failed, done = add(book), add(book, "Bela")
+    for id, status in ((failed, ERROR), (done, FAILED)):
+        book.mark(id, "kf", 0, status)
+        book.finish(id)
+    book.retry("lab")
+    assert book.marked(failed) == set() and book.marked(done) == {"kf"} and book.unfinished("lab")
+
+
+def test_marks_without_a_sandbox_say_so(book):
+    book.mark(add(book, level=0), "kf", 2, PASSED)
+    assert only(book).marks[0].reason == "(Marked without a sandbox.)"
+
+
+def test_all_of_a_block_is_kept_or_nothing(book):
+    def stopped():
+        with book:
+            add(book)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
+    assert book.labs() == []
+
+
+def test_the_two_last_tables_are_remembered(book):
+    for n in range(3):
+        book.mark(add(book, f"Student {n}"), "kf", n, PASSED)
+        book.wrote(book.results("lab"))
+    assert [len(results) for results in book.written()] == [3, 2]
+    assert book.written()[0][2].marks[0].points == 2
+
+
+def test_a_file_that_is_no_gradebook_of_this_run_is_told(book, tmp_path):
+    with pytest.raises(CommandError, match="was begun with --seed 7"):
+        Gradebook(book.path, seed=8)
+    assert Gradebook(book.path).seed == 7
+    (tmp_path / "text.db").write_text("no database" * 100, encoding="utf-8")
+    with pytest.raises(CommandError, match="cannot be used as a gradebook"):
+        Gradebook(tmp_path / "text.db")
+    with closing(sqlite3.connect(book.path)) as other, other:
+        other.execute("UPDATE meta SET value = '0' WHERE key = 'version'")
+    with pytest.raises(CommandError, match="another version"):
+        Gradebook(book.path)
