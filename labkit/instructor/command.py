@@ -13,9 +13,9 @@ from .exam.paper import read as read_paper
 from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
 from .records import CommandError
-from .report import tables
-from .report.names import labels
+from .report import hand_marks
 from .report.gradebook import Gradebook
+from .report.names import labels
 from .sandbox.choose import choose
 
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
@@ -90,7 +90,7 @@ def take_hand_marks(book, path):
     for written in snapshots:  # the newer one first; the file may still be the one before it
         told = []
         try:
-            marks = tables.read_hand_marks(path, written, told)
+            marks = hand_marks.read_hand_marks(path, written, told)
         except CommandError as error:
             problem = problem or error
             continue

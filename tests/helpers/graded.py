@@ -1,5 +1,7 @@
 """Graded results of a made-up class, and what must hold for every page that is made of them."""
 
+import csv
+import io
 import re
 from datetime import datetime
 from html.parser import HTMLParser
@@ -9,6 +11,7 @@ import numpy as np
 from labkit.instructor import records
 from labkit.instructor.records import Check, Mark, Result
 
+LAB = "01_cartesian_ekf"
 TITLE = "Lab 3: an EKF with range and bearing"
 SECRET = {"question": "SECRET-Q", "rubric": "SECRET-R"}  # of a hidden check; neither may reach a student
 CHECKS = [
@@ -60,6 +63,24 @@ def curve():
     """A consistency curve for the picture of a page."""
     x = np.geomspace(0.1, 10, 21)
     return {"x": x, "values": 2 * x**-1.3, "bounds": np.array([1.6, 2.4]), "label": "mean NEES", "xlabel": "Q told / Q"}
+
+
+def result(student, identifier="", first=2.0, written=None, **more):
+    """A result of two checks (2 and 3 points; the first failed unless it gives 2) and a written question of 5."""
+    code = (records.PASSED, "") if first == 2 else (records.FAILED, "The sign of K is wrong.")
+    text = (records.OPEN, "") if written is None else (records.BY_HAND, "Good.")
+    marks = [Mark("kf", first, 2.0, *code), Mark("map", 3.0, 3.0, records.PASSED), Mark("q1", written, 5.0, *text)]
+    return Result(student, identifier, LAB, marks=marks, **more)
+
+
+def whole():
+    """Results without open answers: 10 and 8.5 of 10 points."""
+    return [result("Ada Lovelace", "101", written=5.0), result("Łukasz Żak", "102", first=0.5, written=5.0)]
+
+
+def table(path, delimiter=",", encoding="utf-8-sig"):
+    """The cells of a CSV file."""
+    return list(csv.reader(io.StringIO(path.read_bytes().decode(encoding), newline=""), delimiter=delimiter))
 
 
 def classroom(size, seed=0):

@@ -38,7 +38,7 @@ class Spread(NamedTuple):
 
 
 class Mistake(NamedTuple):
-    """A known mistake, how many students made it, their share of the most frequent one's, and the checks that saw it."""
+    """A known mistake, how many made it, their share of the most frequent one's, and the checks that saw it."""
 
     mistake: str
     students: int
@@ -78,17 +78,15 @@ class Student(NamedTuple):
     remarks: list[str]
 
 
-def class_page(
-    results: Sequence[Result], checks: Sequence[Check], title: str, pages: Mapping[str, str], folder: str = "feedback"
-) -> str:
+def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, pages: Mapping[str, str]) -> str:
     """The HTML of the class's page.
 
-    results: of one lab;  pages: {label: file name of the feedback page} in `folder`/lab.
+    results: of one lab;  pages: {label: file name of the feedback page} in feedback/lab.
     """
     named = sorted(zip(labels(results), results), key=lambda pair: pair[0].casefold())
     graded = [result for result in results if not result.problem]
     coded = [check for check in checks if not check.hand]
-    links = {label: quote(f"{folder}/{r.lab}/{pages[label]}", errors="replace") for label, r in named if label in pages}
+    links = {label: quote(f"feedback/{r.lab}/{pages[label]}", errors="replace") for label, r in named if label in pages}
     return render(
         "class",
         title=title,

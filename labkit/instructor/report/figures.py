@@ -5,7 +5,9 @@ Whatever the numbers are, a picture comes back or None does: nothing raises, and
 
 import re
 import warnings
+from collections.abc import Mapping
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +30,10 @@ class Drawer:
     Not for two threads at once.
     """
 
-    def __init__(self):
-        self._kept = {}
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple] = {}
 
-    def png(self, figure):
+    def png(self, figure: Mapping[str, Any]) -> bytes | None:
         """The picture of `Result.figure` as PNG bytes, or None if its arrays show nothing.
 
         figure: {'times' (N+1,), 'x' (N+1, n), 'P' (N+1, n, n), 'truth' (N+1, 2 or more), 'landmarks' (m, 2)},

@@ -2,61 +2,71 @@
 
 import re
 import zipfile
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
+from pathlib import Path
+from typing import BinaryIO
 
 from .. import files
-from . import lms, tables
+from ..exam.paper import Paper
+from ..records import ERROR, Result
+from .canvas import fill_canvas
 from .class_overview import class_page
 from .feedback import feedback_page
 from .figures import Drawer
+from .gradebook import Gradebook
+from .moodle import fill_moodle
 from .names import file_name, labels
+from .tables import write_grades, write_summary
 from .texts import clean, plain
 from .to_mark import to_mark_page
 
 
-def write_all(book, paper, out, args):
-    """Write all files into the folder `out`, print a summary, and return the exit status."""
+def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
+    """Write all files into the folder `out`, print a summary, and return the exit status.
+
+    The status is 0 if every submission could be graded, else 1. Raises CommandError if a file cannot be written.
+    """
     results = [result for lab in book.labs() for result in book.results(lab)]
     book.wrote(results)
-    tables.write_grades(out / "grades.csv", results)
-    tables.write_summary(out / "summary.csv", results)
+    write_grades(out / "grades.csv", results)
+    write_summary(out / "summary.csv", results)
     mine = [result for result in results if result.lab == paper.lab]
-    pages = feedback(book, paper, out, mine)
-    title = paper.title
-    files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, title, pages))
-    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, title))
-    told = []
+    pages = _feedback(book, paper, out, mine)
+    files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, paper.title, pages))
+    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, paper.title))
     titles = {check.id: check.title for check in paper.checks}
     mine = [
         replace(result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks])
         for result in mine
     ]  # what students read has titles
+    told = []
     if args.moodle:
-        told += lms.fill_moodle(
-            args.moodle, out / "moodle.csv", mine, args.grade_column, args.feedback_column, args.partial
-        )
+        columns = args.grade_column, args.feedback_column
+        told += fill_moodle(args.moodle, out / "moodle.csv", mine, *columns, args.partial)
     if args.canvas:
-        told += lms.fill_canvas(args.canvas, out / "canvas.csv", mine, title, args.column, args.partial)
-    return summary(mine, out, paper, told)
+        told += fill_canvas(args.canvas, out / "canvas.csv", mine, paper.title, args.column, args.partial)
+    return _summary(mine, out, paper, told)
 
 
-def feedback(book, paper, out, results):
+def _feedback(book: Gradebook, paper: Paper, out: Path, results: Sequence[Result]) -> dict[str, str]:
     """Write a page for each student; returns {label: file name} of them."""
     folder = out / "feedback" / paper.lab
     folder.mkdir(parents=True, exist_ok=True)
-    drawer, pages, taken = Drawer(), {}, set()
+    drawer, taken = Drawer(), set[str]()
+    pages = {}
     for label, result in zip(labels(results), results):
-        result.figure = book.figure(result.id)
-        name = file_name(label, taken)
-        files.write(folder / name, feedback_page(result, paper.checks, paper.title, drawer))
-        result.figure, pages[label] = {}, name
-    send_back(out / f"feedback-{paper.lab}.zip", folder, results, pages)
+        name = pages[label] = file_name(label, taken)
+        seen = replace(result, figure=book.figure(result.id))  # a copy, since a class's figures are heavy
+        files.write(folder / name, feedback_page(seen, paper.checks, paper.title, drawer))
+    _send_back(out / f"feedback-{paper.lab}.zip", folder, results, pages)
     return pages
 
 
-def send_back(path, folder, results, pages):
-    """Pack the pages as Moodle takes them ("Upload multiple feedback files in a zip"): in the folders that it gave out."""
+def _send_back(path: Path, folder: Path, results: Sequence[Result], pages: Mapping[str, str]) -> None:
+    """Pack the pages as Moodle takes them back ("Upload multiple feedback files in a zip"): in its own folders."""
     found = {}
     for label, result in zip(labels(results), results):
         of = re.search(r"(?:^|[/ ])([^/:]+_\d+_assignsubmission_file_?)/", result.source)
@@ -66,7 +76,7 @@ def send_back(path, folder, results, pages):
         path.unlink(missing_ok=True)
         return
 
-    def pack(file):
+    def pack(file: BinaryIO) -> None:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, page in found.items():
                 archive.write(page, name)
@@ -74,30 +84,26 @@ def send_back(path, folder, results, pages):
     files.write(path, pack)
 
 
-def summary(results, out, paper, told):
+def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[str]) -> int:
     """Print what came of it; 0 if every submission could be graded, else 1."""
     graded = [result for result in results if not result.problem]
     unfit = [result for result in results if result.problem]
-    broken = [(r, m) for r in graded for m in r.marks if m.status == "error"]
-    most = max((result.max_points for result in graded), default=0)
+    broken = sorted(((m.reason, r, m) for r in graded for m in r.marks if m.status == ERROR), key=lambda of: of[0])
     print()
     print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
     if graded:
         mean = sum(result.points for result in graded) / len(graded)
-        print(f"Mean {mean:.1f} of {plain(most)} points so far;", end=" ")
-        print(
-            f"{sum(result.open for result in graded)} written answers to be read (points go into {out / 'grades.csv'})."
-        )
+        waiting = sum(result.open for result in graded)
+        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in graded))} points so far;", end=" ")
+        print(f"{waiting} written answers to be read (points go into {out / 'grades.csv'}).")
     for result in unfit:
         print(f"Could not be graded: {clean(result.student)}: {result.problem}")
-    for reason, group in groupby(sorted(broken, key=lambda pair: pair[1].reason), key=lambda pair: pair[1].reason):
-        group = list(group)
-        print(
-            f"{len(group)} checks could not be run, the first of {clean(group[0][0].student)}, {group[0][1].check}: {reason}"
-        )
+    for reason, alike in groupby(broken, key=lambda of: of[0]):
+        (_, first, mark), *others = alike
+        who = f"the first of {clean(first.student)}, {mark.check}"
+        print(f"{len(others) + 1} checks could not be run, {who}: {reason}")
     for sentence in told:
         print(sentence)
-    print(
-        f"See {out / f'class-{paper.lab}.html'} for the class, {out / f'to-mark-{paper.lab}.html'} for the written answers."
-    )
+    overview, to_mark = out / f"class-{paper.lab}.html", out / f"to-mark-{paper.lab}.html"
+    print(f"See {overview} for the class, {to_mark} for the written answers.")
     return 1 if unfit or broken else 0

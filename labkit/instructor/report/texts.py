@@ -2,6 +2,9 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
+
+SHOWN = 10  # how many problems or names one message lists
 
 # Control characters, those that turn the text around them, and half characters, which no file can hold.
 _ODD = re.compile(
@@ -56,3 +59,9 @@ def plain(value: float, digits: int = 4) -> str:
 def counted(count: float, noun: str) -> str:
     """'1 student', '2.5 points'."""
     return f"{plain(count, 2)} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Iterable[str]) -> str:
+    """'Ada, Bela' or, of many, the first ten 'and 7 more'."""
+    names = list(names)
+    return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")

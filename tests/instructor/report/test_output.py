@@ -1,0 +1,56 @@
+"""What a run leaves behind, from a gradebook that is filled in by hand."""
+
+import zipfile
+from argparse import Namespace
+from contextlib import closing
+
+import pytest
+
+from labkit.instructor.records import ERROR, PASSED, Check
+from labkit.instructor.report.gradebook import Gradebook
+from labkit.instructor.report.output import write_all
+
+from helpers.graded import curve, table
+
+CHECKS = [Check("kf", "The filter", 2), Check("q1", "Why?", 3, hand=True)]
+PAPER = Namespace(lab="lab3", title="Lab 3", checks=CHECKS)
+NOTHING = Namespace(moodle=None, canvas=None, grade_column=None, feedback_column=None, column=None, partial=False)
+
+
+@pytest.fixture
+def book(tmp_path):
+    with closing(Gradebook(tmp_path / "gradebook.db")) as book:
+        book.set_paper("lab3", "paper", CHECKS)
+        for name, number in (("Ada", "101"), ("Bela", "102")):
+            source = f"all.zip: {name}_{number}_assignsubmission_file_/lab3.ipynb"
+            id = book.add("lab3", name, number, source, name, "paper", None, False, [], {"q1": "So."})
+            book.mark(id, "kf", 2, PASSED)
+            book.finish(id, curve() if name == "Ada" else None)
+            book.choose(id, [], False)
+        yield book
+
+
+def test_tables_pages_and_moodles_own_zip_and_sheet(book, tmp_path, capsys):
+    (tmp_path / "w.csv").write_text("Identifier,Grade,Maximum Grade,Feedback comments\nParticipant 101,,10.00,\n")
+    args = Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv", "partial": True})
+    assert write_all(book, PAPER, tmp_path, args) == 0
+    pages = {name: (tmp_path / "feedback" / "lab3" / f"{name}.html").read_text() for name in ("Ada", "Bela")}
+    assert "data:image/png" in pages["Ada"] and "data:image/png" not in pages["Bela"]
+    for name in ("class-lab3.html", "to-mark-lab3.html"):
+        assert "Ada" in (tmp_path / name).read_text()
+    assert len(table(tmp_path / "grades.csv")) == 5 and len(table(tmp_path / "summary.csv")) == 3
+    with zipfile.ZipFile(tmp_path / "feedback-lab3.zip") as archive:
+        assert "Ada_101_assignsubmission_file_/Ada.html" in archive.namelist()
+    assert table(tmp_path / "moodle.csv")[1][1:] == ["4", "10.00", "Points: 2 of 5. Why?: not marked yet."]
+    told = capsys.readouterr().out
+    assert "2 of 2 submissions graded, lab3. Mean 2.0 of 5 points so far; 2 written answers to be read" in told
+    assert "Graded, but not in the table: 1 (Bela)." in told
+
+
+def test_checks_that_could_not_be_run_are_told_once_for_each_reason(book, tmp_path, capsys):
+    for n in range(2):
+        id = book.add("lab3", f"Student {n}", "", "a.ipynb", str(n), "paper", None, False, [], {})
+        book.mark(id, "kf", 0, ERROR, "No sandbox.")
+        book.choose(id, [], False)
+    assert write_all(book, PAPER, tmp_path, NOTHING) == 1
+    assert "2 checks could not be run, the first of Student 0, The filter: No sandbox." in capsys.readouterr().out
