@@ -7,6 +7,7 @@ import threading
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 from ..checks.feedback import LabError
 from .read import read
@@ -18,7 +19,7 @@ class EarlierLabError(LabError):
     """The answer of an earlier lab that this one builds on is not there yet."""
 
 
-def load_answer(lab, name, folder=None):
+def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     """The object `name` (say, the class KF) from the answer cells of `<lab>.ipynb`, as it was last saved.
 
     Looks in `folder`, by default the current one, which is the notebook's own. Prints a note if the

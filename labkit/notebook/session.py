@@ -1,12 +1,15 @@
 """Run a notebook's cells without Jupyter: all of what is asked for, and only what that needs."""
 
 import ast
-import dis
 import linecache
 import re
+import symtable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from types import CodeType
 
 from ..checks.feedback import LabError, explain
+from .read import Cell
 
 
 @dataclass(frozen=True)
@@ -16,19 +19,19 @@ class Event:
     check: str
     where: str
     error: BaseException | None
-    lines: list
+    lines: list[str]
 
 
 @dataclass(eq=False)
 class Step:
     """One statement at the top of a cell."""
 
-    cell: object
+    cell: Cell
     node: ast.stmt
-    code: object
+    code: CodeType
     check: str
-    sets: set
-    uses: set
+    sets: set[str]
+    uses: set[str]
 
 
 class Session:
@@ -38,10 +41,17 @@ class Session:
     statement of another cell (shown, or added by the student), runs if it sets a name that those need.
     """
 
-    def __init__(self, cells, place="", wanted=()):
-        self.names = {"__name__": "__main__", "input": lambda *_: "", "display": _NOTHING, "get_ipython": _NOTHING}
-        self.place, self.current = place, None  # current: the step that runs
-        self.stopped, self.broken = {}, []  # {cell: error} while it ran; [(cell, error)] of syntax
+    def __init__(self, cells: Iterable[Cell], place: str = "", wanted: Iterable[str] = ()) -> None:
+        self.names: dict[str, object] = {
+            "__name__": "__main__",
+            "input": lambda *_: "",
+            "display": _NOTHING,
+            "get_ipython": _NOTHING,
+        }
+        self.place = place
+        self.current: Step | None = None  # the one that runs
+        self.stopped: dict[Cell, BaseException] = {}  # by what they raised while they ran
+        self.broken: list[tuple[Cell, Exception]] = []  # with the error of their syntax
         code = [cell for cell in cells if cell.code]
         self.steps = _needed([step for cell in code for step in self._steps(cell)], set(wanted))
         calling = {step.cell for step in self.steps if step.check} | {cell for cell, _ in self.broken}
@@ -59,7 +69,7 @@ class Session:
             return
         yield from steps
 
-    def run(self):
+    def run(self) -> Iterator[Event]:
         """Run the statements in order and yield an Event for each check and for each cell that raised."""
         for cell, error in self.broken:
             if cell.role in ("setup", "answer", "check"):
@@ -111,35 +121,69 @@ def _parts(node):
 
 def _step(cell, node, filename):
     code = compile(ast.Module([node], []), filename, "exec", dont_inherit=True)
-    sets, uses = _names(code)
+    sets, uses = _names(node)
     targets = getattr(node, "targets", None) or [getattr(node, "target", None)]
     for target in targets:  # KF.update = ... changes KF
         while isinstance(target, ast.Attribute | ast.Subscript):
             target = target.value
-            sets |= {target.id} if isinstance(target, ast.Name) else set()
+            sets |= {target.id} if _is_name(target) else set()
     call = node.value if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) else None
     is_check = call and getattr(call.func, "id", getattr(call.func, "attr", "")) == "check" and call.args
     name = call.args[0].value if is_check and isinstance(call.args[0], ast.Constant) else ""
     return Step(cell, node, code, str(name), sets, uses)
 
 
-def _names(code, top=True):
-    """The global names that a code object sets, and those that it may look up."""
-    sets, uses, own = set(), set(), set()  # own: the names that a class body has given itself so far
-    for instruction in dis.get_instructions(code):
-        if instruction.opname == "STORE_GLOBAL" or top and instruction.opname == "STORE_NAME":
-            sets.add(instruction.argval)
-        elif instruction.opname == "STORE_NAME":
-            own.add(instruction.argval)
-        elif instruction.argval in own and instruction.opname == "LOAD_NAME":
-            continue
-        elif instruction.opname.startswith(("LOAD_NAME", "LOAD_GLOBAL", "LOAD_FROM_DICT_OR_GLOBALS")):
-            uses.add(instruction.argval)
-    for const in code.co_consts:
-        if hasattr(const, "co_code"):
-            inner_sets, inner_uses = _names(const, top=False)
-            sets, uses = sets | inner_sets, uses | inner_uses
+def _names(node):
+    """The global names that a statement, which is compiled already, sets, and those that it may look up."""
+    node = _AsGenerators().visit(node)
+    sets, uses = _of_table(_table(node))
+    if isinstance(node, ast.ClassDef):
+        uses = _used_by_class(node)
+    changed = {each.target.id for each in ast.walk(node) if isinstance(each, ast.AugAssign) and _is_name(each.target)}
+    return (set() if isinstance(node, ast.Delete) else sets), uses | changed & sets  # x += 1 looks x up
+
+
+def _used_by_class(node):
+    """The names that a class may look up: what its body gave itself before is its own."""
+    head = [*node.decorator_list, *node.bases, *(keyword.value for keyword in node.keywords)]
+    uses, own = set().union(*(_of_table(_table(ast.Expr(part)))[1] for part in head)), set()
+    for part in node.body:
+        level = _table(ast.ClassDef("_", [], [], [part], [])).get_children()[0]
+        uses |= {symbol.get_name() for symbol in level.get_symbols() if symbol.is_referenced()} - own
+        uses = uses.union(*(_of_table(inner)[1] for inner in level.get_children()))
+        own |= {symbol.get_name() for symbol in level.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
+    return uses
+
+
+def _of_table(table):
+    """(sets, uses) of a symbol table and those in it."""
+    sets, uses = set(), set()
+    for symbol in table.get_symbols():
+        if symbol.is_global() or table.get_type() == "module":
+            sets |= {symbol.get_name()} if symbol.is_assigned() or symbol.is_imported() else set()
+            uses |= {symbol.get_name()} if symbol.is_referenced() else set()
+    for inner in map(_of_table, table.get_children()):
+        sets, uses = sets | inner[0], uses | inner[1]
     return sets, uses
+
+
+def _table(node):
+    return symtable.symtable(ast.unparse(node), "", "exec")
+
+
+class _AsGenerators(ast.NodeTransformer):
+    """Makes generators of comprehensions, whose names newer Pythons list among those of what is around them."""
+
+    def visit(self, node):
+        node = self.generic_visit(node)
+        if not isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp):
+            return node
+        parts = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
+        return ast.GeneratorExp(ast.Tuple(parts, ast.Load()), node.generators)
+
+
+def _is_name(node):
+    return isinstance(node, ast.Name)
 
 
 def _needed(steps, wanted):
@@ -154,7 +198,7 @@ def _needed(steps, wanted):
         chosen |= more
 
 
-def plain(source):
+def plain(source: str) -> str:
     """The source without IPython's magics; each line keeps its number."""
     try:
         ast.parse(source)

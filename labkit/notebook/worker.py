@@ -11,7 +11,7 @@ from .read import NotebookError, read
 from .session import Session
 
 
-def main(path, seconds):
+def main(path: str, seconds: float) -> None:
     """Report on the notebook at `path`; after `seconds` say where it hangs, and end."""
     news = os.fdopen(os.dup(1), "w", encoding="utf-8")  # what the student prints goes nowhere
     silent = os.open(os.devnull, os.O_WRONLY)

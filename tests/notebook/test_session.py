@@ -129,6 +129,27 @@ def test_a_class_needs_no_cell_for_the_names_that_it_makes_itself(tmp_path):
     assert told == [] and "P" not in names and names["A"].Q == 2 and names["A"]().P == 5
 
 
+NAMES = {  # a statement: what it sets, and what it may look up
+    "x += 1": ("x", "x"),
+    "del x": ("", ""),
+    "import a.b": ("a", ""),
+    "from a import b as c": ("c", ""),
+    "for i in r:\n    x = [i * w for w in r if (y := w)], {k: v for k, v in z}": ("i x y", "i r z"),
+    "def f(a, b=k):\n    global g\n    g = n = a\n    n += m": ("f g", "k m"),
+    "@dec\ndef f(x: T):\n    return lambda: x + y": ("f", "T dec y"),
+    "class A(B):\n    x = x\n    y = x\n    def f(self): return y": ("A", "B x y"),
+    "class A:\n    n = 0\n    n += m\n    def f(self): return super().f()": ("A", "m super"),
+    "class A:\n    global g\n    g = 1\n    from m import x\n    y = x": ("A g", ""),
+}
+
+
+@pytest.mark.parametrize("source", NAMES)
+def test_the_names_that_a_statement_sets_and_looks_up(tmp_path, source):
+    (step,) = Session(cells(tmp_path, ("answer", source))).steps
+    sets, uses = NAMES[source]
+    assert (step.sets, step.uses) == (set(sets.split()), set(uses.split()))
+
+
 def test_a_cell_that_stops_is_told_if_it_matters(tmp_path):
     check = ("check-f", "def check(name, f):\n    f()\ncheck('f', f)")
     told, _ = events(

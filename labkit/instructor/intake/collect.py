@@ -92,7 +92,7 @@ class Submissions:
             if reason:
                 unfits.append(Unfit(student, identifier, self._source(found.top), None, reason))
             twice = len({member.path for _, member in good}) < len(good)
-            entries += [self._entry(student, identifier, *pair, lab, twice) for pair in good]
+            entries += [self._entry(student, identifier, pair, lab, twice) for pair in good]
             if len({member.parts[:-1] for _, member in good if len(member.parts) > 1}) > 1:
                 notes.append(f"{student}: notebooks in several folders count as attempts of one student.")
         if not entries and not unfits:
@@ -106,7 +106,8 @@ class Submissions:
         raw = self._archive.read(entry.member)
         return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 
-    def _entry(self, student, identifier, owner, member, lab, twice):
+    def _entry(self, student, identifier, pair, lab, twice):
+        owner, member = pair
         notes = [] if is_lab(owner.name, lab) else [f"The notebook is named {shorten(owner.name)}, not {lab}.ipynb."]
         if twice:
             notes.append("The archive holds a file of this name twice; each counts as an attempt.")

@@ -114,4 +114,4 @@ def is_lab(name: str, lab: str) -> bool:
 def is_other(name: str, lab: str) -> bool:
     """Whether the name of another lab stands in the name."""
     match = OTHER.search(name)
-    return bool(match) and match[0][:2] != lab[:2]
+    return match is not None and match[0][:2] != lab[:2]

@@ -448,9 +448,11 @@ def test_a_nul_in_a_name_hides_nothing(tmp_path):
 
 
 def test_zip64_is_read(tmp_path):
-    with zipfile.ZipFile(tmp_path / "class.zip", "w") as file:
-        with file.open(entry(f"ada/{NB}"), "w", force_zip64=True) as member:
-            member.write(BOOK)
+    with (
+        zipfile.ZipFile(tmp_path / "class.zip", "w") as file,
+        file.open(entry(f"ada/{NB}"), "w", force_zip64=True) as member,
+    ):
+        member.write(BOOK)
     assert told(tmp_path / "class.zip")[0] == [f"ada||{NB}"]
 
 
@@ -547,10 +549,12 @@ def test_300_mb_in_a_folder_cost_nothing(tmp_path):
 
 
 def bomb(tmp_path):
-    with zipfile.ZipFile(tmp_path / "class.zip", "w") as file:
-        with file.open(entry(f"ada/{NB}", method=zipfile.ZIP_DEFLATED), "w") as member:
-            for _ in range(100):
-                member.write(b" " * 3_000_000)
+    with (
+        zipfile.ZipFile(tmp_path / "class.zip", "w") as file,
+        file.open(entry(f"ada/{NB}", method=zipfile.ZIP_DEFLATED), "w") as member,
+    ):
+        for _ in range(100):
+            member.write(b" " * 3_000_000)
     return tmp_path / "class.zip"
 
 
