@@ -42,7 +42,15 @@ from labkit import check, make_filter, metrics, mrclam, progress, replay, wrap
 from labkit.geometry import compose
 from labkit.legged import FIELD, PRESETS, FuzzyGrid, Hybrid, LeggedRobot, Memory, Noise
 from labkit.legged import ParticleFilter, Triangulation
-from labkit.legged import explore, play, plot_experiment, plot_race, poses_around, race, show_beliefs
+from labkit.legged import (
+    explore,
+    play,
+    plot_experiment,
+    plot_race,
+    poses_around,
+    race,
+    show_beliefs,
+)
 from labkit.legged import show_walk, table
 
 # %% [markdown]

@@ -7,9 +7,7 @@ import numpy as np
 
 from labkit.log import make_filter, replay, simulate
 from labkit.notebook.answers import load_answer
-from labkit.robot import HANDOUT_Q as Q
-from labkit.robot import HANDOUT_R as R
-from labkit.robot import Robot
+from labkit.robot import HANDOUT_Q as Q, HANDOUT_R as R, Robot
 from labkit.world import Map, random_map
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,8 +5,7 @@ import json
 import pytest
 
 from labkit.checks.feedback import LabError
-from labkit.notebook import answers
-from labkit.notebook import read as notebook
+from labkit.notebook import answers, read as notebook
 from labkit.notebook.answers import EarlierLabError, load_answer
 from labkit.notebook.read import NotebookError, read
 from labkit.notebook.session import Session, plain

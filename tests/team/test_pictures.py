@@ -11,8 +11,18 @@ import pytest
 from labkit import replay
 from labkit.canvas import Canvas
 from labkit.geometry import transform
-from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, play, plots, scenarios
-from labkit.team import widgets as kit
+from labkit.team import (
+    Route,
+    Team,
+    TeamNoise,
+    dead_reckoned,
+    explore,
+    frame_errors,
+    play,
+    plots,
+    scenarios,
+    widgets as kit,
+)
 from labkit.team.formation import WAY, run, triangle
 
 from helpers.browser import answers, cells

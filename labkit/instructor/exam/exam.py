@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ... import checks, log
-from ...checks import CheckError
-from ...checks import trace as subjects
+from ...checks import CheckError, trace as subjects
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
 from ...notebook.read import read

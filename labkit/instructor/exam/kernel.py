@@ -13,7 +13,7 @@ import numpy as np
 from ...checks import CheckError
 from ...checks.feedback import FilterError
 from .. import records
-from ..sandbox.channel import Channel, WorkerLostError, StudentCodeError
+from ..sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from ..sandbox.launch import Sandbox
 from ..sandbox.proxy import MissingAnswerError, Student
 

@@ -10,8 +10,7 @@ from collections import Counter
 import numpy as np
 
 from ...checks.feedback import FilterError
-from ...log import START as START_MEAN
-from ...log import START_COV
+from ...log import START as START_MEAN, START_COV
 from .channel import SPOILT, Channel, WorkerLostError
 
 CALL = 10  # seconds for the answer to one call

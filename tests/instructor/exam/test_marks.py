@@ -13,14 +13,12 @@ from labkit.checks import CheckError
 from labkit.checks.feedback import FilterError
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
-from labkit.instructor.exam import paper
-from labkit.instructor.exam import pool as run
+from labkit.instructor.exam import paper, pool as run
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.team import TeamExam
 from labkit.instructor.intake import submission
 from labkit.instructor.records import ERROR, PASSED
-from labkit.instructor.sandbox import launch as sandbox
-from labkit.instructor.sandbox import levels, proxy
+from labkit.instructor.sandbox import launch as sandbox, levels, proxy
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
 

@@ -11,8 +11,7 @@ import time
 import pytest
 
 from labkit.instructor.records import CommandError
-from labkit.instructor.sandbox import cgroup, levels, probe
-from labkit.instructor.sandbox import choose as sandboxes
+from labkit.instructor.sandbox import cgroup, choose as sandboxes, levels, probe
 from labkit.instructor.sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from labkit.instructor.sandbox.launch import Sandbox, make_runtime, readable
 
