@@ -5,10 +5,13 @@ animation, where only `artists` are redrawn.  Colours are Okabe and Ito's, told 
 readers, and lines differ in style as well.
 """
 
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
 
 from . import metrics
-from .geometry import Points, Pose, ellipse
+from .geometry import Covariances, Points, Pose, ellipse
 from .world import located, positions
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
@@ -31,6 +34,18 @@ def limits(log, margin=0.6):
     return low[0], high[0], low[1], high[1]
 
 
+def legend_below(ax: Axes, gap: float = 0.17, ncols: int = 2, **options: Any) -> None:
+    """A legend under the axes; gap: how far, as a fraction of their height."""
+    where: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -gap), "frameon": False}
+    ax.legend(ncols=ncols, **where | {"fontsize": 8} | options)
+
+
+def outlines(means: Points, covs: Covariances) -> Points:
+    """3-sigma ellipses of means (n, 2) [m] and covs (n, 2, 2) [m^2] as one line with gaps: (41 n, 2)."""
+    gap = np.full((len(means), 1, 2), np.nan)  # lifts the pen between two ellipses
+    return np.concatenate([ellipse(means, covs, points=40), gap], axis=1).reshape(-1, 2)
+
+
 def _map_axes(ax, box):
     ax.set_aspect("equal")
     ax.set(xlim=box[:2], ylim=box[2:], xlabel="x [m]", ylabel="y [m]")
@@ -47,15 +62,7 @@ class MapPanel:
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.3, label="estimate")
         (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.7, alpha=0.8)
         self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate]
-        ax.legend(
-            loc="upper center",
-            bbox_to_anchor=(0.5, -0.17),
-            ncols=3,
-            fontsize=8,
-            frameon=False,
-            handlelength=1.8,
-            columnspacing=1.2,
-        )
+        legend_below(ax, ncols=3, handlelength=1.8, columnspacing=1.2)
 
     def show(self, log, history, ellipses=20):
         self.landmarks.set_data(*positions(log.map).T)
@@ -63,9 +70,7 @@ class MapPanel:
             self.truth.set_data(*log.truth[:, :2].T)
         self.estimate.set_data(*history.x[:, :2].T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
-        outline = ellipse(history.x[every, :2], history.P[every, :2, :2], points=40)
-        gap = np.full((len(every), 1, 2), np.nan)  # lifts the pen between two ellipses
-        self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
+        self.ellipses.set_data(*outlines(history.x[every, :2], history.P[every, :2, :2]).T)
         return self
 
 
@@ -82,7 +87,7 @@ class ErrorPanel:
             (bound,) = ax.plot([], [], ":" if name == "x" else "-.", color=color, lw=0.9, label=f"±3σ of {name}")
             self.lines.append((error, bound))
         self.artists = [line for pair in self.lines for line in pair]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2, fontsize=8, frameon=False)
+        legend_below(ax)
 
     def show(self, log, history):
         t = log.times - log.times[0]
@@ -107,7 +112,7 @@ class ConsistencyPanel:
         (self.low,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="95 % bounds")
         (self.high,) = ax.plot([], [], "--", color=ORANGE, lw=1.3)
         self.artists = [self.low, self.high, self.value]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2, fontsize=8, frameon=False)
+        legend_below(ax)
 
     def show(self, log, history):
         t = log.times - log.times[0]
@@ -150,16 +155,8 @@ class ScenePanel:
         (self.seen,) = ax.plot([], [], "*", color=BLUE, ms=8, mfc="none", label="measured")
         (self.mean,) = ax.plot([], [], "+", color=VERMILION, ms=11, mew=2, label="estimate")
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.5, label="3σ ellipse")
-        self.artists = [
-            self.landmarks,
-            self.trail,
-            self.guess,
-            self.circle,
-            self.seen,
-            self.robot,
-            self.ellipse,
-            self.mean,
-        ]
+        self.artists = [self.landmarks, self.trail, self.guess, self.circle]
+        self.artists += [self.seen, self.robot, self.ellipse, self.mean]
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8, frameon=False)
 
     def show(self, map, p, reach, seen, mean, cov):

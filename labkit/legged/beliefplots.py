@@ -25,17 +25,9 @@ class BeliefPanel:
         draw_field(ax, field, title)
         half = field.half
         # The grid lies under the field's lines, or those would vanish where it knows nothing.
-        self.image = ax.imshow(
-            np.zeros((2, 2)),
-            extent=(-half[0], half[0], -half[1], half[1]),
-            origin="lower",
-            cmap="Greens",
-            vmin=0,
-            vmax=1,
-            alpha=0.6,
-            zorder=0.5,
-            interpolation="nearest",
-        )
+        where = {"extent": (-half[0], half[0], -half[1], half[1]), "origin": "lower", "zorder": 0.5}
+        look: dict[str, Any] = {"cmap": "Greens", "vmin": 0, "vmax": 1, "alpha": 0.6, "interpolation": "nearest"}
+        self.image = ax.imshow(np.zeros((2, 2)), **look | where)
         self.wedges = PolyCollection([], facecolors="k", alpha=0.6, lw=0)
         ax.add_collection(self.wedges)
         (self.dots,) = ax.plot([], [], ".", color=GREEN, ms=2.5, label="particles")

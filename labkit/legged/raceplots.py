@@ -12,19 +12,8 @@ from .race import Result
 from .robot import DT
 
 SOON = 60  # steps after a kidnapping that are drawn
-STYLES: list[dict[str, Any]] = [
-    {"color": color, "ls": style}
-    for color, style in [
-        (BLUE, "-"),
-        (VERMILION, "--"),
-        (GREEN, "-."),
-        (ORANGE, ":"),
-        ("#CC79A7", (0, (5, 1))),
-        ("#56B4E9", (0, (1, 1))),
-        (GREY, "-"),
-        ("k", (0, (4, 1, 1, 1))),
-    ]
-]
+COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9", GREY, "k")
+LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)), "-", (0, (4, 1, 1, 1)))
 
 
 def plot_race(axes: Sequence[Axes], results: Sequence[Result]) -> None:
@@ -32,7 +21,7 @@ def plot_race(axes: Sequence[Axes], results: Sequence[Result]) -> None:
     left, middle, right = axes
     kidnapped, dots = results[0].kidnapped, []
     for i, r in enumerate(results):
-        style = STYLES[i % len(STYLES)]
+        style = {"color": COLORS[i % len(COLORS)], "ls": LINES[i % len(LINES)]}
         median = np.median(r.distance, axis=0)
         left.plot(DT * np.arange(len(median)), median, lw=1.3, label=r.name, **style)
         if kidnapped is not None:
@@ -71,17 +60,10 @@ def _axes_of_cost(ax, dots):
 
 def _name(ax, dots):
     """Names beside the dots, from the most accurate up; each at least a line above the one before."""
+    look = {"fontsize": 7.5, "ha": "left", "va": "center"}
+    look["arrowprops"] = {"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3}
     height, line = -np.inf, np.log10(np.divide(*ax.get_ylim()[::-1])) / 22
     beside = 2.15 * max(x for x, _, _ in dots)
     for x, y, name in sorted(dots, key=lambda dot: dot[1]):
         height = max(np.log10(y), height + line)
-        ax.annotate(
-            name,
-            (x, y),
-            (beside, 10**height),
-            fontsize=7.5,
-            ha="left",
-            va="center",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkB": 3},
-        )
+        ax.annotate(name, (x, y), (beside, 10**height), annotation_clip=False, **look)

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from .. import metrics
-from ..geometry import Array, Points, ellipse
+from ..geometry import Array, Points
 from ..log import History
-from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow
+from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow, legend_below, outlines
 from .field import BEACONS, FIELD, GOALS, Field
 from .robot import FieldLog
 
@@ -48,7 +48,7 @@ class WalkPanel:
         (self.lifted,) = ax.plot([], [], "x", color=BLUE, ms=9, mew=2)
         (self.start,) = ax.plot([], [], "o", color=BLUE, ms=6)
         self.artists = [self.ellipses, self.truth, self.estimate, self.lifted, self.start]
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3), ncols=2, fontsize=8, frameon=False)
+        legend_below(ax, 0.3)
 
     def show(self, log: FieldLog, history: History, ellipses: int = 25) -> Self:
         """Fill the panel with a walk and what a filter believed of it."""
@@ -62,19 +62,13 @@ class WalkPanel:
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
         # Wider ones would fill the picture.
         known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]
-        outline = ellipse(history.x[known, :2], history.P[known, :2, :2], points=40)
-        gap = np.full((len(known), 1, 2), np.nan)
-        self.ellipses.set_data(*np.concatenate([outline, gap], axis=1).reshape(-1, 2).T)
+        self.ellipses.set_data(*outlines(history.x[known, :2], history.P[known, :2, :2]).T)
         return self
 
 
 def pen_lifted(path: Points, kidnapped: Sequence[int]) -> Points:
     """A path (N+1, 2) [m] with the pen lifted where the robot was carried."""
     return np.insert(path, [k + 1 for k in kidnapped], np.nan, axis=0)
-
-
-def _legend_below(ax):
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, fontsize=8, frameon=False, columnspacing=1.0)
 
 
 class DistancePanel:
@@ -88,7 +82,7 @@ class DistancePanel:
         (self.heading,) = ax.plot([], [], ":", color=VERMILION, lw=1.2, label="heading [rad]")
         (self.kidnap,) = ax.plot([], [], "-.", color=GREY, lw=1.2, label="kidnapped" if kidnapped else None)
         self.artists = [self.kidnap, self.heading, self.distance]
-        _legend_below(ax)
+        legend_below(ax, 0.2, ncols=3, columnspacing=1.0)
 
     def show(self, log: FieldLog, history: History) -> Self:
         """Fill the panel with the errors along a walk."""
@@ -111,7 +105,7 @@ class SurprisePanel:
         (self.bound,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="bound")
         (self.find,) = ax.plot([], [], "|", color=VERMILION, ms=9, mew=1.5, label="grid at work")
         self.artists = [self.dots, self.bound, self.find]
-        _legend_below(ax)
+        legend_below(ax, 0.2, ncols=3, columnspacing=1.0)
 
     def show(self, times: Array, d2: Array, bound: float, finding: Array) -> Self:
         """Fill the panel: times (n,) [s] and d2 (n,) of sightings, times (m,) [s] at which the grid was at work."""
@@ -166,4 +160,4 @@ def _draw_walk(ax, log, title):
     for k in range(0, len(log) + 1, 20):
         label = "heading, every 2 s" if k == 0 else None
         ax.plot(*arrow(log.truth[k], 0.18).T, "-", color=VERMILION, lw=1.2, label=label)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, fontsize=9, frameon=False)
+    legend_below(ax, 0.14, ncols=3, fontsize=9)

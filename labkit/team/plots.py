@@ -4,8 +4,8 @@ from itertools import cycle
 
 import numpy as np
 
-from ..geometry import align, ellipse, rotation, transform, wrap
-from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow
+from ..geometry import align, rotation, transform, wrap
+from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow, outlines
 from ..world import located
 from .formation import SLOW_HEADING, slots
 from .hall import DT
@@ -103,6 +103,5 @@ class FormationPanel:
         if P is not None:
             blocks = np.array([P[3 * i : 3 * i + 2, 3 * i : 3 * i + 2] for i in range(len(x))])
             turn = rotation(angle)
-            outline = ellipse(x[:, :2], turn @ blocks @ turn.T, points=40)
-            self.ellipses.set_data(*np.concatenate([outline, np.full((len(x), 1, 2), np.nan)], axis=1).reshape(-1, 2).T)
+            self.ellipses.set_data(*outlines(x[:, :2], turn @ blocks @ turn.T).T)
         return self
