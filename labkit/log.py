@@ -1,7 +1,7 @@
 """One recorded run, simulated or real, and a filter's history over it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -177,14 +177,15 @@ def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV, noise=None):
     noise: for a robot with odometry, whose filters are made as KF(x0, P0, map, noise): see labkit.legged.Noise.
     """
     if noise is not None:
-        return _made(lambda: KF(np.array(x0), np.array(P0), log.map, noise))
+        return made(lambda: KF(np.array(x0), np.array(P0), log.map, noise))
     Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
     if Q is None or R is None:
         raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
-    return _made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt))
+    return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt))
 
 
-def _made(make):
+def made(make: Callable[[], Any]) -> Any:
+    """What make() gives, a filter of a student's class; raises FilterError with what went wrong and where."""
     try:
         return make()
     except Exception as error:

@@ -1,18 +1,21 @@
 """Sliders over one recorded run of a team, and a formation in motion. As in `labkit.widgets`, the noise stays."""
 
 import warnings
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import ipywidgets as w
 import numpy as np
 
 from ..canvas import Canvas
-from ..checks.feedback import FilterError, explain
-from ..explorer import Explorer, button, sliders
+from ..explorer import Explorer, Screen, button, sliders
 from ..geometry import align, transform
-from ..log import replay
+from ..log import made, replay
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player
 from . import scenarios
+from .formation import FormationRun
 from .frame import frame_errors, nees
 from .plots import COLORS, FormationPanel
 from .warning import FrameWarning
@@ -28,7 +31,12 @@ SLIDERS = {
 }
 
 
-def explore(started, scenario="rectangle", sliders=("gate", "inflate"), seed=1):
+def explore(
+    started: Callable[..., Any],
+    scenario: str = "rectangle",
+    sliders: Sequence[str] = ("gate", "inflate"),
+    seed: int = 1,
+) -> Screen:
     """Sliders for what a joint filter is told, over one recorded run.
 
     started: started(log, seed, gate=..., inflate=...) makes the filter for a log, at its start.
@@ -58,20 +66,14 @@ class TeamExplorer(Explorer):
         paths, errors = canvas.axes
         paths.set(xlim=(-7, 7), ylim=(-6, 7), xlabel="x [m]", ylabel="y [m]", aspect="equal")
         paths.set_title("Paths, after the best turn and shift", fontsize=11)
-        n = self.log.n
         (self.truth,) = paths.plot([], [], "-", color=GREY, lw=2.5, alpha=0.5, label="truth")
         self.lines = [
             paths.plot([], [], "--" if i == 0 else ".", color=COLORS[i], lw=1.2, ms=3, label=f"robot {i}")[0]
-            for i in range(n)
+            for i in range(self.log.n)
         ]
         paths.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
-        errors.set(
-            xlim=(0, self.log.times[-1]),
-            ylim=(0.2, 500),
-            yscale="log",
-            xlabel="time [s]",
-            ylabel="error of robot 0 [cm]",
-        )
+        errors.set(xlim=(0, self.log.times[-1]), ylim=(0.2, 500), yscale="log")
+        errors.set(xlabel="time [s]", ylabel="error of robot 0 [cm]")
         errors.set_title("Errors", fontsize=11)
         kinds = [("gauge", ORANGE, ":"), ("aligned", BLUE, "-"), ("ego", VERMILION, "--")]
         self.errors = {
@@ -82,16 +84,10 @@ class TeamExplorer(Explorer):
         canvas.move(self)
         return canvas
 
-    def _made(self):
-        try:
-            return self.started(self.log, self.seed, **self.told)
-        except Exception as error:
-            raise FilterError(f"Your filter could not be made. {explain(error)}") from error
-
     def _show(self):
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter("always", FrameWarning)
-            history = replay(self._made(), self.log)
+            history = replay(made(partial(self.started, self.log, self.seed, **self.told)), self.log)
         x, truth = history.x, self.log.truth
         errors = frame_errors(x, truth)
         angle, shift = align(x[..., :2].reshape(-1, 2), truth[..., :2].reshape(-1, 2))
@@ -112,7 +108,7 @@ class TeamExplorer(Explorer):
         return text
 
 
-def play(run, interval=80, most=150):
+def play(run: FormationRun, interval: int = 80, most: int = 150) -> Screen:
     """Animate a FormationRun: robots, slots, and what the filter believes with its 3-sigma ellipses."""
     canvas = Canvas(6.2, 5.0)
     panel = FormationPanel(canvas.axes[0], run)
