@@ -3,9 +3,7 @@
 
   python3 lab.py                        set up, then open JupyterLab on lab 1
   python3 lab.py setup                  set up only
-  python3 lab.py test [ARGS]            run all tests; ARGS go to pytest
   python3 lab.py check|data ...         run the labkit command (--help after it tells more)
-  python3 lab.py grade|release|sandbox|build ...   the same, for instructors
   python3 lab.py --help                 show this text
 
 Other options, such as --no-browser or --port=9000, go to JupyterLab.
@@ -39,6 +37,10 @@ LAB_NEEDS, TEST_NEEDS = "requirements.txt", "tests/requirements.txt"
 COPIED = ("pyproject.toml", "labkit/jupyter/overrides.json")
 # What instructors run, with what the tests need too: pytest and nbval mark the notebooks.
 FULL = ("build", "grade", "release", "sandbox")
+FULL_HELP = """\
+  python3 lab.py test [ARGS]            run all tests; ARGS go to pytest
+  python3 lab.py grade|release|sandbox|build ...   the labkit command, for instructors
+"""
 FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.
@@ -284,19 +286,28 @@ def run_tests(options):
     return hand_over([program("python"), "-m", "pytest"] + parallel + options, HOME)
 
 
+def is_full_kit():
+    return os.path.exists(os.path.join(HOME, TEST_NEEDS))
+
+
+def help_text():
+    last = "  python3 lab.py --help"
+    return __doc__.strip().replace(last, (FULL_HELP if is_full_kit() else "") + last)
+
+
 def main(arguments):
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a folder's name may not fit the terminal
     command, rest = (arguments or [""])[0], arguments[1:]
     if command in ("-h", "--help", "help"):
-        print(__doc__.strip())
+        print(help_text())
         return 0
     if sys.version_info < (3, 6):
         raise SetUpError(wrong_python())
     if command == "setup" and not rest:
         return set_up(LAB_NEEDS)
-    if command in ("test",) + FULL and not os.path.exists(os.path.join(HOME, TEST_NEEDS)):
+    if command in ("test",) + FULL and not is_full_kit():
         raise SetUpError("this is the students' kit: lab.py %s is in the full one" % command)
     if command == "test":
         return run_tests(rest)

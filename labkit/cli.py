@@ -1,20 +1,23 @@
-"""The command line: `labkit check`, `labkit data`; for instructors `labkit grade`, `release`, `sandbox`, `build`."""
+"""The command line: `labkit check` and `labkit data`; the full kit adds what instructors run."""
 
 import argparse
 import importlib
 import importlib.util
+import io
 import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from . import __version__
 
 PASSED, FAILED, UNREADABLE = 0, 1, 2
+FULL = ("build", "grade", "release", "sandbox")  # the commands of labkit/instructor
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit status."""
     parser = argparse.ArgumentParser(prog="labkit", description="The robot localization labs.")
     parser.add_argument("--version", action="version", version=f"labkit {__version__}")
@@ -24,42 +27,38 @@ def main(argv=None):
     test = commands.add_parser("check", help="run the checks of notebooks", description=status)
     test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK")
     test.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each notebook (default 60)")
+    test.set_defaults(run=_check)
 
     take = commands.add_parser("data", help="take in recorded robot data that was downloaded")
     take.add_argument("paths", nargs="*", metavar="PATH", help="a folder or a zip (none: say what is there)")
+    take.set_defaults(run=_data)
 
-    make = commands.add_parser("build", help="make notebooks and check numbers from the solutions (maintainers)")
-    make.add_argument("names", nargs="*", metavar="NAME", help="labs to build (default: all)")
-    make.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
-    make.add_argument("--no-run", action="store_true", help="do not run the solutions")
-
-    full = importlib.util.find_spec("labkit.instructor") is not None
-    if full:
+    if importlib.util.find_spec("labkit.instructor"):
         importlib.import_module("labkit.instructor.options").add(commands)
-    if not full and (argv or sys.argv[1:])[:1] in (["grade"], ["release"], ["sandbox"], ["build"]):
+    elif any(word in FULL for word in (sys.argv[1:] if argv is None else argv)[:1]):
         print("labkit: this is the students' kit; that command is in the full one.", file=sys.stderr)
         return UNREADABLE
 
     args = parser.parse_args(argv)
-    if hasattr(sys.stdout, "reconfigure"):
+    if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that lacks a letter shows '?'
-    if args.command == "check":
-        try:
-            return check_all(args.notebooks, args.timeout)
-        except KeyboardInterrupt:
-            return 130
-    if args.command == "data":
-        from .mrclam.install import main as data
-
-        return data(args.paths)
-    if args.command in ("grade", "release", "sandbox"):
-        return args.run(args)
-    from .instructor.authoring.build import main as build
-
-    return build(args.names, check=args.check, run=not args.no_run)
+    return args.run(args)
 
 
-def check_all(paths, seconds):
+def _check(args):
+    try:
+        return check_all(args.notebooks, args.timeout)
+    except KeyboardInterrupt:
+        return 130
+
+
+def _data(args):
+    from .mrclam.install import main as data
+
+    return data(args.paths)
+
+
+def check_all(paths: Iterable[str], seconds: float) -> int:
     """Check notebooks one after the other; print a line for each check; return the worst exit status."""
     worst, passed, total = PASSED, 0, 0
     for path in paths:
@@ -70,11 +69,11 @@ def check_all(paths, seconds):
     return worst
 
 
-def check_one(path, seconds):
+def check_one(path: str, seconds: float) -> tuple[int, int, int]:
     """(exit status, checks passed, checks in all) of one notebook; prints a line for each check."""
     news, cause = _listen(path, seconds)
     lab = Path(path).stem
-    checks = next((item["names"] for item in news if item["kind"] == "checks"), [])
+    checks: list[str] = next((item["names"] for item in news if item["kind"] == "checks"), [])
     problem = next((item["text"] for item in news if item["kind"] == "unreadable"), "")
     if not checks:
         problem = problem or cause or f"{path} holds no check: is it one of the lab notebooks?"
@@ -96,7 +95,8 @@ def check_one(path, seconds):
 def _listen(path, seconds):
     """The news of a child process that runs the notebook; and why it ended early, or ''."""
     kit = Path(__file__).resolve().parent.parent
-    start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.notebook.worker import main; main({str(path)!r}, {seconds!r})"
+    start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.notebook.worker import main; "
+    start += f"main({str(path)!r}, {seconds!r})"
     child = subprocess.Popen(
         [sys.executable, "-X", "utf8", "-c", start],
         stdin=subprocess.DEVNULL,

@@ -1,11 +1,28 @@
-"""The options of the instructors' commands."""
+"""The options of the instructors' commands, each with the function that runs it."""
 
 import argparse
 from datetime import datetime
 
 
-def add(commands):
-    """Add `grade`, `release` and `sandbox` to the subcommands of `labkit`."""
+def add(commands) -> None:
+    """Add `build`, `grade`, `release` and `sandbox` to the subcommands of `labkit`, as argparse keeps them."""
+    _add_grade(commands)
+    make = commands.add_parser("release", help="make what students get (instructors)")
+    make.add_argument("out", metavar="OUT", help="a new folder, or a file that ends in .zip")
+    make.add_argument("--force", action="store_true", help="write over an older zip")
+    make.set_defaults(run=_release)
+
+    show = commands.add_parser("sandbox", help="show what this machine's sandboxes keep students' code from")
+    show.set_defaults(run=_sandbox)
+
+    build = commands.add_parser("build", help="make notebooks and check numbers from the solutions (maintainers)")
+    build.add_argument("names", nargs="*", metavar="NAME", help="labs to build (default: all)")
+    build.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
+    build.add_argument("--no-run", action="store_true", help="do not run the solutions")
+    build.set_defaults(run=_build)
+
+
+def _add_grade(commands):
     status = "Exit status: 0 all graded, 1 some submissions could not be graded, 2 the command could not run."
     one = commands.add_parser("grade", help="grade a class's submissions (instructors)", epilog=status)
     one.add_argument("submissions", metavar="SUBMISSIONS", help="a folder or zip: Moodle's, Canvas's, or your own")
@@ -18,6 +35,12 @@ def add(commands):
     lms.add_argument("--feedback-column", metavar="NAME", help="the same for the comments")
     lms.add_argument("--column", metavar="TITLE", help="the assignment's column in Canvas's gradebook")
     lms.add_argument("--partial", action="store_true", help="also fill in students whose written answers are unread")
+    _add_rules(one)
+    _add_machine(one)
+    one.set_defaults(run=_grade)
+
+
+def _add_rules(one):
     rules = one.add_argument_group("rules")
     rules.add_argument(
         "--attempts",
@@ -36,6 +59,9 @@ def add(commands):
     rules.add_argument(
         "--seed", type=int, metavar="N", help="what students' inputs are drawn from (default: random, recorded)"
     )
+
+
+def _add_machine(one):
     machine = one.add_argument_group("machine")
     machine.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one for each core)")
     machine.add_argument("--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, such as tcp://host:8786")
@@ -52,15 +78,6 @@ def add(commands):
         action="store_true",
         help="go on without a sandbox: students' code can then do whatever you can",
     )
-    one.set_defaults(run=_grade)
-
-    two = commands.add_parser("release", help="make what students get (instructors)")
-    two.add_argument("out", metavar="OUT", help="a new folder, or a file that ends in .zip")
-    two.add_argument("--force", action="store_true", help="write over an older zip")
-    two.set_defaults(run=_release)
-
-    three = commands.add_parser("sandbox", help="show what this machine's sandboxes keep students' code from")
-    three.set_defaults(run=_sandbox)
 
 
 def _time(text):
@@ -90,6 +107,12 @@ def _release(args):
 
 
 def _sandbox(args):
-    from .sandbox import choose as sandboxes
+    from .sandbox import choose
 
-    return sandboxes.table()
+    return choose.table()
+
+
+def _build(args):
+    from .authoring import build
+
+    return build.main(args.names, check=args.check, run=not args.no_run)
