@@ -100,8 +100,8 @@ def script(path, text):
     return path
 
 
-def wait_for(act, seconds=20):
-    """What act() returns, once it does so without an error."""
+def wait_for(act, seconds=600):
+    """What act() returns, once it does so without an error; the end is for what never comes."""
     end = time.monotonic() + seconds
     while True:
         try:
@@ -191,7 +191,7 @@ def test_uv_finds_another_python_where_this_one_does_not_fit(project, monkeypatc
 def test_help_names_every_command(project):
     done = project.run("--help")
     assert done.returncode == 0 and not project.venv.exists()
-    for word in ("setup", "test", "check", "data", "build", "LABKIT_VENV"):
+    for word in ("setup", "test", "--quick", "check", "data", "build", "LABKIT_VENV"):
         assert word in done.stdout
 
 
@@ -199,7 +199,12 @@ def test_help_names_every_command(project):
     "arguments, module, passed_on",
     [
         pytest.param(["check", "my lab.ipynb"], None, ["check", "my lab.ipynb"], marks=posix),
-        (["test", "-k", "a b"], "pytest", ["-n", "auto", "--dist", "loadfile", "-k", "a b"]),
+        (
+            ["test", "-k", "a b"],
+            "pytest",
+            ["-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval", "-k", "a b"],
+        ),
+        (["test", "--quick", "-x"], "pytest", ["-m", "not slow and not browser", "-x"]),
         (["--no-browser", "--port=9"], "jupyterlab", ["--no-browser", "--port=9"]),
     ],
 )
@@ -438,11 +443,11 @@ def test_pip_steps_in_for_uv(project, path_without_uv, uv):
 def test_ctrl_c_ends_it_and_the_installer(project, path_without_uv):
     project.make_ready()
     change("requirements.txt")(project)
-    script(path_without_uv / "uv", "#!/bin/sh\necho $$ > pid\nexec sleep 60\n")
+    script(path_without_uv / "uv", "#!/bin/sh\necho $$ > pid\nexec sleep 3600\n")
     process = project.start("setup", PATH=str(path_without_uv))
     pid = wait_for(lambda: int((project.folder / "pid").read_text()))
     process.send_signal(signal.SIGINT)
-    err = process.communicate(timeout=20)[1]
+    err = process.communicate()[1]
     assert process.returncode == 130
     assert err == "lab.py: stopped; the same command goes on from here\n"
     with pytest.raises(ProcessLookupError):
