@@ -16,12 +16,12 @@ import tempfile
 import time
 import urllib.error
 import urllib.request
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LAB1, LAB3 = "01_cartesian_ekf", "03_range_bearing_ekf"
-PATIENCE = 60  # [s] for anything that JupyterLab or a kernel has to do
+PATIENCE = 600  # [s] for anything that JupyterLab or a kernel has to do: no limit, but an end of what never comes
 
 # As root it needs --no-sandbox; the others keep it from talking to the network on its own.
 CHROMIUM_OPTIONS = [
@@ -120,7 +120,7 @@ class Server:
         own |= {f"JUPYTERLAB_{kind}_DIR": str(self.home / kind.lower()) for kind in ("SETTINGS", "WORKSPACES")}
         # The tests' own backend would leave plt.show without a picture.
         inherited = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
-        self.log = open(self.home / "log", "wb")
+        self.log = open(self.home / "log", "wb")  # noqa: SIM115 - closed by stop
         self.process = subprocess.Popen(
             [
                 sys.executable,
@@ -154,7 +154,7 @@ class Server:
         end = time.monotonic() + PATIENCE
         while True:
             try:
-                return urllib.request.urlopen(f"{self.url}/api?token=lab", timeout=5).close()
+                return urllib.request.urlopen(f"{self.url}/api?token=lab", timeout=60).close()
             except (urllib.error.URLError, OSError):
                 if self.process.poll() is not None or time.monotonic() > end:
                     raise RuntimeError("JupyterLab did not start:\n" + self.told()) from None
@@ -172,10 +172,8 @@ class Server:
             self.process.kill()
             self.process.wait()
         if os.name != "nt":
-            try:  # kernels that outlived it
+            with suppress(ProcessLookupError):  # kernels that outlived it
                 os.killpg(self.process.pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
         self.log.close()
         shutil.rmtree(self.home, ignore_errors=True)
 
@@ -227,24 +225,22 @@ class Page:
     def run(self, *ids):
         """Run cells one after the other, each until it is done."""
         for id in ids:
-            for _ in range(5):  # an output that arrives moves the cells, and a click then misses
-                was = self._prompt(id)
+            was, end = self._prompt(id), time.monotonic() + PATIENCE
+            while self._prompt(id) == was:  # an output that arrives moves the cells, and a click then misses
+                assert time.monotonic() < end
                 self.cell(id).locator(".cm-content").click()
                 self.page.keyboard.press("Control+Enter")
-                if self._changes(id, was, seconds=4):
-                    break
+                self._changes(id, was, seconds=4)
             self.wait_run(id)
 
     def _prompt(self, id):
         return self.cell(id).locator(".jp-InputArea-prompt").inner_text()
 
     def _changes(self, id, was, seconds):
+        """Return when the prompt of a cell has changed, or after a while."""
         end = time.monotonic() + seconds
-        while self._prompt(id) == was:
-            if time.monotonic() > end:
-                return False
+        while self._prompt(id) == was and time.monotonic() < end:
             self.page.wait_for_timeout(20)
-        return True
 
     def run_all(self):
         self.page.get_by_role("menuitem", name="Run", exact=True).click()

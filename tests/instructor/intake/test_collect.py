@@ -320,10 +320,10 @@ def test_too_many_files_are_a_problem_at_once(tmp_path, monkeypatch):
     with pytest.raises(CommandError, match="more than 20000 files"):
         told(many)
     monkeypatch.setattr(archive, "MAX_DIRECTORY", 1_000_000)
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(CommandError, match=r"class.zip holds more than 20000 files"):
         told(many)
-    assert time.perf_counter() - start < 0.1
+    assert time.process_time() - start < 0.1
     monkeypatch.setattr(listing, "MAX_FILES", 3)
     with pytest.raises(CommandError, match="holds more than 3 files"):
         told(laid(tmp_path, dict.fromkeys(["a.ipynb", "b.ipynb", "c/d.ipynb"], BOOK)))
@@ -531,11 +531,11 @@ def test_folders_that_may_not_be_opened_are_noted(tmp_path, monkeypatch):
 
 
 def peak(work):
-    """(result, seconds, bytes at the highest) of a call."""
+    """(result, seconds of processor time, bytes at the highest) of a call."""
     tracemalloc.start()
-    start = time.perf_counter()
+    start = time.process_time()
     try:
-        return work(), time.perf_counter() - start, tracemalloc.get_traced_memory()[1]
+        return work(), time.process_time() - start, tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
 
@@ -587,9 +587,9 @@ def test_a_class_of_1000_is_surveyed_at_once_and_read_one_by_one(tmp_path):
     files = [(f"Student {n}_{n}_assignsubmission_file_/{NB}", large) for n in range(1000)]
     path = packed(tmp_path, files)
     with Submissions(path) as submissions:
-        start = time.perf_counter()
+        start = time.process_time()
         entries, _, _ = submissions.survey(LAB)
-        assert len(entries) == 1000 and time.perf_counter() - start < 1
+        assert len(entries) == 1000 and time.process_time() - start < 1
         found = hand_ins(submissions, entries, RELEASED, Rules())
         count, _, size = peak(lambda: sum(isinstance(one, HandIn) for one in found))
     assert count == 1000 and size < 10_000_000
@@ -627,10 +627,10 @@ CONTENT = {
 @pytest.mark.parametrize("case", CONTENT)
 def test_notebooks_are_read_strictly(tmp_path, case):
     raw, says = CONTENT[case]
-    start = time.perf_counter()
+    start = time.process_time()
     (line,), _ = told(packed(tmp_path, {f"ada/{NB}": raw}))
     assert (line == f"ada||{NB}") if not says else (line.startswith("ada||! ") and says in line)
-    assert len(line) < 500 and line.isprintable() and time.perf_counter() - start < 2
+    assert len(line) < 500 and line.isprintable() and time.process_time() - start < 2
 
 
 def test_cells_can_be_written_as_utf_8(tmp_path):
