@@ -186,7 +186,8 @@ def test_a_build_refuses_what_it_cannot_stub(tmp_path):
 def test_hidden_tests_and_hidden_cells_do_not_reach_the_student(tmp_path):
     lab = tmp_path / "09_hidden.py"
     lab.write_text(
-        '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n# %% tags=["hidden"]\nsecret = 2\n',
+        '# %%\ncheck(1)\n### BEGIN HIDDEN TESTS\ncheck("secret")\n### END HIDDEN TESTS\n'
+        '# %% tags=["hidden"]\nsecret = 2\n',
         "utf-8",
     )
     notebook = percent.notebook(lab)

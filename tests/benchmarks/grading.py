@@ -18,9 +18,9 @@ from pathlib import Path
 HERE = Path(__file__).resolve()
 sys.path[:0] = [str(HERE.parents[2]), str(HERE.parents[1])]
 
-import nbformat
+import nbformat  # noqa: E402 - the kit is found by the lines above
 
-from helpers.classroom import LAB, as_file, filled, mistaken
+from helpers.classroom import LAB, as_file, filled, mistaken  # noqa: E402
 
 ROOT = HERE.parents[2]
 TAGS = {"setup", "answer", "check", "hidden"}
@@ -36,10 +36,11 @@ def main():
     with tempfile.TemporaryDirectory(prefix="labkit-bench-") as folder:
         folder = Path(folder)
         if args.memory:
-            return memory(folder)
-        if args.large:
-            return large(folder)
-        speed(folder, args.count, args.nbgrader)
+            memory(folder)
+        elif args.large:
+            large(folder)
+        else:
+            speed(folder, args.count, args.nbgrader)
 
 
 def speed(folder, count, python):

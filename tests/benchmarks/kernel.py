@@ -110,7 +110,7 @@ def check_one_notebook(rounds):
     for notebook in sorted((ROOT / "solutions").glob("*.ipynb")):
         command = [sys.executable, "-m", "labkit", "check", str(notebook)]
         check, start = paired(
-            lambda: subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL),  # noqa: B023
+            lambda: subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL),
             python("import numpy, matplotlib.pyplot"),
             rounds,
         )

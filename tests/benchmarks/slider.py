@@ -74,7 +74,8 @@ def main(rounds=21):
     quick, slow = median(times[ours]), median(times[naive])
     print(f"interact and plt.show / explore, slider to pixels: {slow / quick:.1f} (target at least 4)")
     print(
-        f"   {slow:.0f} ms ({min(times[naive]):.0f} to {max(times[naive]):.0f}), {quick:.0f} ms ({min(times[ours]):.0f} to {max(times[ours]):.0f})"
+        f"   {slow:.0f} ms ({min(times[naive]):.0f} to {max(times[naive]):.0f}), "
+        f"{quick:.0f} ms ({min(times[ours]):.0f} to {max(times[ours]):.0f})"
     )
 
 

@@ -15,12 +15,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from labkit import (  # noqa: E402
-    Landmark,
-    metrics,
-    random_map,
-    replay,  # noqa: E402
-)
+from labkit import Landmark, metrics, random_map, replay  # noqa: E402
 from labkit.geometry import relative  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
 from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, scenarios  # noqa: E402
@@ -38,7 +33,8 @@ def start(runs):
     for scenario in (scenarios.cross, scenarios.rectangle):
         far, turned = start_errors(scenario, runs)
         print(
-            f"start after 3.3 m, {scenario.__name__}: {100 * far:.1f} cm, {np.rad2deg(turned):.2f} degrees rms (at most 13, 1.0)"
+            f"start after 3.3 m, {scenario.__name__}: {100 * far:.1f} cm,"
+            f" {np.rad2deg(turned):.2f} degrees rms (at most 13, 1.0)"
         )
 
 
@@ -62,7 +58,8 @@ def filters(runs):
                 errors.append([100 * one.ego.mean(), 100 * one.aligned.mean(), value])
             e = np.median(errors, axis=0)
             print(
-                f"{log.name}, {name}: ego {e[0]:.1f}, aligned {e[1]:.1f} cm (GroupEKF at most {due}), NEES per dimension {e[2]:.2f}"
+                f"{log.name}, {name}: ego {e[0]:.1f}, aligned {e[1]:.1f} cm (GroupEKF at most {due}),"
+                f" NEES per dimension {e[2]:.2f}"
             )
 
 
@@ -81,10 +78,12 @@ def honesty(runs):
     mean = np.mean(values, axis=0)
     low, high = metrics.chi2_bounds(9, runs=runs)
     print(
-        f"white odometry: filter / least squares, last step {np.median(last):.2f} (1.05), whole run {np.median(whole):.2f} (2.1)"
+        f"white odometry: filter / least squares, last step {np.median(last):.2f} (1.05),"
+        f" whole run {np.median(whole):.2f} (2.1)"
     )
     print(
-        f"NEES per dimension {mean.mean() / 9:.2f}, {100 * np.mean((low < mean) & (mean < high)):.0f} % of the steps inside the bounds (90)"
+        f"NEES per dimension {mean.mean() / 9:.2f},"
+        f" {100 * np.mean((low < mean) & (mean < high)):.0f} % of the steps inside the bounds (90)"
     )
 
 
@@ -117,7 +116,8 @@ def formation(runs):
         print(
             f"{name}: slot error {100 * np.percentile([one.rms for one in done], 95):.1f} cm in 95 % (3), "
             f"again after a turn {np.nanpercentile(again, 95):.1f} s in 95 % (8.5), never: {np.isnan(again).sum()}, "
-            f"least distance {min(one.least for one in done):.2f} m (.8), finished {sum(one.finished for one in done)} of {runs}"
+            f"least distance {min(one.least for one in done):.2f} m (.8), "
+            f"finished {sum(one.finished for one in done)} of {runs}"
         )
 
 

@@ -17,7 +17,10 @@ def answer(name):
     return load_answer("05_observers", name, Path(__file__).resolve().parents[2] / "solutions")
 
 
-def started(log, seed, noise=TeamNoise(), KF="GroupEKF", **options):
+TOLD = TeamNoise()
+
+
+def started(log, seed, noise=TOLD, KF="GroupEKF", **options):
     """A filter of the solution's for a log, started with an error of 13 cm and 1 degree for all but robot 0."""
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6

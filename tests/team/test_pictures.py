@@ -196,7 +196,7 @@ def test_what_breaks_shows_its_sentence_until_it_works(brief, message):
 
 def test_what_there_is_no_slider_for_is_refused():
     for options in ({"sliders": ("Q",)}, {"scenario": "square"}):
-        with pytest.raises(ValueError, match="sliders are|scenario must be"):
+        with pytest.raises(ValueError, match=r"sliders are|scenario must be"):
             explore(started, **options)
 
 

@@ -111,7 +111,7 @@ def test_the_start_is_within_13_cm_and_one_degree(scenario):
 
 
 def test_a_start_without_a_way_is_refused_in_a_sentence():
-    with pytest.raises(ValueError, match="moved by only 0.50 m"):
+    with pytest.raises(ValueError, match=r"moved by only 0\.50 m"):
         by_alignment(np.array([[0, 0], [0.5, 0]]), np.array([2, 2.0]), np.array([0, 0.1]))
 
 
