@@ -171,7 +171,7 @@ BROKEN = {
     "still to be written": "raise NotImplementedError('`predict` is still to be written.')",
     "ZeroDivisionError": "1 / 0",
     "not a number": "kf.x = kf.x * np.nan",
-    "they should be (3, 3)": "kf.x = kf.x[0]",
+    "should have shape (3, 3)": "kf.x = kf.x[0]",
     "could not be made": None,
 }
 
