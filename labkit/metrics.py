@@ -11,13 +11,13 @@ from .world import difference, sensed
 
 
 def errors(history, log):
-    """(N+1, n) estimate minus truth; the third component, if there is one, is a wrapped angle."""
+    """(N+1, n) estimate minus truth, of a team (N+1, robots, 3); the third of the numbers is an angle, and wrapped."""
     if log.truth is None:
         raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
-    n = history.x.shape[1]
-    error = history.x - log.truth[:, :n]
+    n = history.x.shape[-1]
+    error = history.x - log.truth[..., :n]
     if n > 2:
-        error[:, 2] = wrap(error[:, 2])
+        error[..., 2] = wrap(error[..., 2])
     return error
 
 
@@ -38,7 +38,23 @@ def heading_rmse(history, log):
 
 def nees(history, log):
     """(N+1,) normalized estimation error squared e' P^-1 e: chi-square with n degrees of freedom."""
-    return _squared(errors(history, log), history.P)
+    return _squared(_joint_errors(history, log), history.P)
+
+
+def nees_per_dimension(history, log, part=None):
+    """(N+1,) the NEES divided by its degrees of freedom: 1 on average for a consistent filter.
+
+    part: which of the n numbers to look at, by default all.
+    """
+    e = _joint_errors(history, log)
+    part = np.arange(e.shape[1]) if part is None else np.asarray(part)
+    # A team's origin is known exactly: a micrometre and a microradian on top keep its rows regular.
+    P = history.P[:, part[:, None], part] + 1e-12 * np.eye(len(part))
+    return _squared(e[:, part], P) / len(part)
+
+
+def _joint_errors(history, log):
+    return errors(history, log).reshape(len(history.x), -1)
 
 
 def nis(history, log):

@@ -40,8 +40,9 @@ import numpy as np
 
 from labkit import check, mrclam, progress, replay, wrap
 from labkit.geometry import compose, relative, transform
+from labkit.metrics import nees_per_dimension
 from labkit.team import TeamNoise, by_alignment, dead_reckoned, delayed, frame_errors
-from labkit.team import explore, later, nees, of_logs, play, relative_nees, scenarios
+from labkit.team import explore, later, of_logs, play, relative_nees_per_dimension, scenarios
 from labkit.team.bound import least_squares
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.formation import CROSSING, WAY, run, triangle
@@ -345,7 +346,7 @@ print(f"mean error: odometry {before:.1f} cm, filter {after:.1f} cm")
 log = scenarios.cross(rng=1)
 history = replay(started(log, 1, PaperEKF), log)
 all_but_heading = np.delete(np.arange(3 * log.n), 2)  # the paper has no heading of robot 0
-value = nees(history.x, history.P, log.truth, all_but_heading).mean()
+value = nees_per_dimension(history, log, all_but_heading).mean()
 print(f"NEES per dimension: {value:.0f} (1 is honest)")
 
 # %% [markdown]
@@ -394,7 +395,7 @@ check("team-ekf", GroupEKF)
 log = scenarios.cross(rng=1)
 history = replay(started(log, 1), log)
 after = 100 * frame_errors(history.x, log.truth).aligned.mean()
-value = nees(history.x, history.P, log.truth).mean()
+value = nees_per_dimension(history, log).mean()
 print(f"the cross again: {after:.1f} cm, NEES per dimension {value:.2f}")
 
 # %% [markdown]
@@ -664,7 +665,7 @@ for degrees in (0.75, 5):
             log = scenarios.cross(rng=seed, noise=told)
             history = replay(started(log, seed, KF, told, inflate=1.0), log)
             ego = frame_errors(history.x, log.truth).ego.mean()
-            values.append([100 * ego, nees(history.x, history.P, log.truth).mean()])
+            values.append([100 * ego, nees_per_dimension(history, log).mean()])
         far, value = np.median(values, axis=0)
         print(f"{degrees:5.2f}° {name:30s} {far:5.1f} cm {value:6.2f}")
 
@@ -1065,7 +1066,7 @@ for name, log, noise_told, inflate in (
     ("every reading", better, dataclasses.replace(wheels, range=0.11, bearing=0.017), 2.0),
 ):
     history = replay(GroupEKF(real.truth[0], P0, noise_told, inflate=inflate), log)
-    honest = relative_nees(history.x, history.P, real.truth)
+    honest = relative_nees_per_dimension(history, log)
     print(
         f"{name:18s} {relative_rms(history.x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)"
     )
@@ -1163,7 +1164,7 @@ for seed in progress(range(10)):
     x0 = log.truth[0] + coarse * np.random.default_rng(seed + 99).standard_normal((3, 3))
     for name, KF in zip(values, (GroupEKF, InvariantEKF)):
         history = replay(KF(x0, np.diag(coarse.ravel() ** 2), white, np.inf, 1.0), log)
-        values[name].append(nees(history.x, history.P, log.truth)[-1])
+        values[name].append(nees_per_dimension(history, log)[-1])
 for name, value in values.items():
     print(f"{name:14s} NEES per dimension at the end: {np.mean(value):.2f} (1 is honest)")
 
@@ -1277,7 +1278,7 @@ values = []
 for k in range(6):
     log, (x0, P0, told) = watched(exam.rng(f"run {k}"), steps=150)
     history = exam.team(GroupEKF, log, x0, P0, told, inflate=1.0)
-    values.append(nees(history.x, history.P, log.truth)[10:].mean())
+    values.append(nees_per_dimension(history, log)[10:].mean())
 if not 0.3 < np.mean(values) < 2.0:
     exam.fail(
         f"The NEES per dimension is {np.mean(values):.2f} over six runs: about 1 is honest."

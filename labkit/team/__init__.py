@@ -6,7 +6,7 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 
 from importlib import import_module
 
-from .frame import frame_errors, nees, relative_nees
+from .frame import frame_errors, relative_nees_per_dimension
 from .hall import Route, Team, TeamNoise
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
 from .start import by_alignment
@@ -26,9 +26,8 @@ __all__ = [
     "delayed",
     "frame_errors",
     "later",
-    "nees",
     "of_logs",
-    "relative_nees",
+    "relative_nees_per_dimension",
     *_LAZY,
 ]
 

@@ -12,11 +12,12 @@ from ..canvas import Canvas
 from ..explorer import Explorer, Screen, button, sliders
 from ..geometry import align, transform
 from ..log import made, replay
+from ..metrics import nees_per_dimension
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player
 from . import scenarios
 from .formation import FormationRun
-from .frame import frame_errors, nees
+from .frame import frame_errors
 from .plots import COLORS, FormationPanel
 from .warning import FrameWarning
 
@@ -100,7 +101,7 @@ class TeamExplorer(Explorer):
             line.set_data(self.log.times, (100 * getattr(errors, name)).clip(0.2, 500))
         text = (
             f"mean error: aligned {100 * errors.aligned.mean():.1f} cm, ego {100 * errors.ego.mean():.1f} cm · "
-            f"NEES per dimension {nees(x, history.P, truth).mean():.1f} · "
+            f"NEES per dimension {nees_per_dimension(history, self.log).mean():.1f} · "
             f"the frame has turned by {np.rad2deg(errors.turned):.2f}°"
         )
         if any(issubclass(doubt.category, FrameWarning) for doubt in doubts):

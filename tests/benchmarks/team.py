@@ -17,8 +17,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from labkit import Landmark, metrics, random_map, replay  # noqa: E402
 from labkit.geometry import relative  # noqa: E402
+from labkit.metrics import nees_per_dimension  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
-from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, nees, scenarios  # noqa: E402
+from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, scenarios  # noqa: E402
 from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
@@ -53,7 +54,7 @@ def filters(runs):
                 else:
                     h = replay(started(log, seed, KF=name), log)
                     x, part = h.x, np.delete(np.arange(3 * log.n), 2) if name == "PaperEKF" else None
-                    value = nees(x, h.P, log.truth, part).mean()
+                    value = nees_per_dimension(h, log, part).mean()
                 one = frame_errors(x, log.truth)
                 errors.append([100 * one.ego.mean(), 100 * one.aligned.mean(), value])
             e = np.median(errors, axis=0)
@@ -74,7 +75,7 @@ def honesty(runs):
         one = frame_errors(h.x, log.truth)
         last.append(one.ego[-1] / best.ego[-1])
         whole.append(one.aligned.mean() / best.aligned.mean())
-        values.append(9 * nees(h.x, h.P, log.truth))
+        values.append(9 * nees_per_dimension(h, log))
     mean = np.mean(values, axis=0)
     low, high = metrics.chi2_bounds(9, runs=runs)
     print(

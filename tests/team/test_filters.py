@@ -1,13 +1,25 @@
 """The team's filters by other means: numeric derivatives, filterpy, each other, statistics."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from labkit import replay
+from labkit import metrics, replay
 from labkit.geometry import compose, relative
-from labkit.team import Route, Team, TeamNoise, delayed, frame_errors, later, nees, of_logs, relative_nees, scenarios
+from labkit.metrics import nees_per_dimension
+from labkit.team import (
+    Route,
+    Team,
+    TeamNoise,
+    delayed,
+    frame_errors,
+    later,
+    of_logs,
+    relative_nees_per_dimension,
+    scenarios,
+)
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.pairs import PairFilters
 
@@ -172,7 +184,7 @@ def test_points_with_the_spread_of_their_own_reading_deceive():
         log = scenarios.cross(rng=seed, noise=told)
         for name in values:
             h = replay(started(log, seed, told, name, inflate=1.0), log)
-            values[name].append(nees(h.x, h.P, log.truth).mean())
+            values[name].append(nees_per_dimension(h, log).mean())
     mean = {name: np.mean(value) for name, value in values.items()}
     assert mean["ConvertedKF"] == pytest.approx(mean["GroupEKF"], abs=0.2) and mean["AtReading"] > 2
 
@@ -203,7 +215,9 @@ def test_the_relative_nees_is_that_of_samples_and_does_not_mind_the_frame():
     A = rng.normal(size=(9, 9)) * np.tile([0.05, 0.05, 0.01], 3)[:, None]
     P = A @ A.T
     poses = truth + (rng.standard_normal((3000, 9)) @ A.T).reshape(-1, 3, 3)
-    value = relative_nees(poses, np.tile(P, (3000, 1, 1)), truth)
-    assert value == pytest.approx(1, abs=0.05)
+    history = SimpleNamespace(x=poses, P=np.tile(P, (3000, 1, 1)))
+    log = SimpleNamespace(truth=truth, n=3)
+    assert relative_nees_per_dimension(history, log) == pytest.approx(1, abs=0.05)
+    np.testing.assert_allclose(metrics.nees(history, log), 9 * metrics.nees_per_dimension(history, log), rtol=1e-6)
     truth[:100] = np.nan  # not known for a while
-    assert relative_nees(poses, np.tile(P, (3000, 1, 1)), truth) == pytest.approx(1, abs=0.05)
+    assert relative_nees_per_dimension(history, log) == pytest.approx(1, abs=0.05)
