@@ -41,9 +41,9 @@ import numpy as np
 from labkit import check, mrclam, progress, replay, wrap
 from labkit.geometry import compose, relative, transform
 from labkit.metrics import nees_per_dimension
-from labkit.team import TeamNoise, by_alignment, dead_reckoned, delayed, frame_errors
+from labkit.team import TeamNoise, initial_pose, dead_reckoned, delayed, frame_errors
 from labkit.team import explore, later, of_logs, play, relative_nees_per_dimension, scenarios
-from labkit.team.bound import least_squares
+from labkit.team.smoother import least_squares
 from labkit.team.converted import expected_spread, shift, spread
 from labkit.team.formation import CROSSING, WAY, run, triangle
 from labkit.team.pairs import PairFilters
@@ -140,7 +140,7 @@ def two_circles(P1, z1, P2, z2, sigma):
 check("team-circles", two_circles)
 
 # %% [markdown]
-# One pair is a rough guess. The paper collects 25 of them and averages; here we take the median over some fifty pairs. The kit has another way, `by_alignment`: lay *all* readings of the observer, points in its own frame, on the track of the robot, by the turn and the shift with the
+# One pair is a rough guess. The paper collects 25 of them and averages; here we take the median over some fifty pairs. The kit has another way, `initial_pose`: lay *all* readings of the observer, points in its own frame, on the track of the robot, by the turn and the shift with the
 # least squares. Both after 3.3 m, over thirty runs:
 
 
@@ -178,7 +178,7 @@ for seed in range(30):
         track, r, bearing = first_metres(one, i)
         for name, pose in (
             ("two circles", by_circles(track, r, bearing)),
-            ("alignment", by_alignment(track, r, bearing)[0]),
+            ("alignment", initial_pose(track, r, bearing)[0]),
         ):
             if np.isfinite(pose).all():
                 off[name].append([*(pose - due)[:2], wrap(pose[2] - due[2])])
@@ -428,7 +428,7 @@ def own_start(log, metres=3.3):
     track = dead_reckoned(log, np.zeros((log.n, 3)))[:, 0]
     way = np.cumsum(np.linalg.norm(np.diff(track[:, :2], axis=0), axis=1))
     now = int(np.sum(way < metres))
-    found = [by_alignment(*first_metres(log, i, metres))[0] for i in range(1, log.n)]
+    found = [initial_pose(*first_metres(log, i, metres))[0] for i in range(1, log.n)]
     x0 = np.array([np.zeros(3), *(relative(pose, track[now]) for pose in found)])
     sigma = np.tile([0.13, 0.13, np.deg2rad(1.0)], (log.n, 1))
     sigma[0] = 1e-6

@@ -7,10 +7,10 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 from importlib import import_module
 
 from .frame import frame_errors, relative_nees_per_dimension
-from .hall import Route, Team, TeamNoise
+from .initial_pose import initial_pose
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
-from .start import by_alignment
 from .warning import FrameWarning
+from .world import Route, Team, TeamNoise
 
 # Widgets load on first use, as in labkit itself.
 _LAZY = {"explore": "widgets", "play": "widgets"}
@@ -21,10 +21,10 @@ __all__ = [
     "Team",
     "TeamLog",
     "TeamNoise",
-    "by_alignment",
     "dead_reckoned",
     "delayed",
     "frame_errors",
+    "initial_pose",
     "later",
     "of_logs",
     "relative_nees_per_dimension",

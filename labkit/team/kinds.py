@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..checks.kinds import Kind, fields, frozen, many, number_text
-from .hall import TeamNoise
 from .log import TeamLog
+from .world import TeamNoise
 
 
 def _read(stored):

@@ -1,5 +1,6 @@
 """What a team of robots did and saw of one another: one Log for each, with the same steps."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral, Real
 from typing import ClassVar
@@ -104,20 +105,23 @@ def dead_reckoned(log, start=None):
     return np.array(poses)
 
 
-def recorded(dt, odometry, truth, seen, name):
+def recorded(dt: float, odometry: Sequence, truth: Sequence, looks: Sequence[list], name: str) -> TeamLog:
     """The TeamLog of a run with steps of dt [s]: odometry (N, n, 3), truth (N+1, n, 3), and what each one saw.
 
-    seen: for each member a list of (step, member, range, bearing).
+    looks: N lists of (observer, target, (2,) range and bearing), counted from 0.
     """
-    odometry, truth = np.array(odometry), np.array(truth)
-    members = range(truth.shape[1])
-    times = dt * np.arange(len(truth))
-    logs = [_member(times, odometry[:, i], truth[:, i], seen[i], f"{name}, robot {i}") for i in members]
+    u, poses = np.array(odometry), np.array(truth)
+    members = range(poses.shape[1])
+    times = dt * np.arange(len(poses))
+    logs = [_member(times, u[:, i], poses[:, i], _seen_by(i, looks), f"{name}, robot {i}") for i in members]
     return TeamLog(tuple(logs), tuple(members), name)
 
 
+def _seen_by(member, looks):
+    return [(k, j, *z) for k, seen in enumerate(looks) for i, j, z in seen if i == member]
+
+
 def _member(times, controls, truth, seen, name):
-    seen = sorted(seen, key=lambda one: one[0])
     return Log(
         times.copy(),
         controls.copy(),

@@ -4,11 +4,10 @@ from itertools import cycle
 
 import numpy as np
 
-from ..geometry import align, rotation, transform, wrap
+from ..geometry import align, rotation, transform
 from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow, outlines
 from ..world import located
-from .formation import SLOW_HEADING, slots
-from .hall import DT
+from .formation import lagging, slots
 
 COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9")
 
@@ -86,10 +85,7 @@ class FormationPanel:
         (self.ellipses,) = ax.plot([], [], "-", color="k", lw=0.8, label="3σ ellipse" if known else None)
         self.artists = [*self.trails, self.slots, self.ellipses, *self.robots, self.believed]
         ax.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
-        # The formation's heading, by which the slots go, lags behind the leader's.
-        self.headings, blend = [run.believed[0, 0, 2]], 1 - np.exp(-DT / SLOW_HEADING)
-        for x in run.believed[1:]:
-            self.headings.append(self.headings[-1] + blend * wrap(x[0, 2] - self.headings[-1]))
+        self.headings = lagging(run.believed[:, 0, 2])
 
     def show(self, run, k, P=None):
         truth, x = run.log.truth, run.believed[k]

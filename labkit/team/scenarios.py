@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .hall import Route, Team
+from .world import Route, Team
 
 CROSS = [(-3.5, 0), (0, 0), (0, 3.5), (0, 0), (3.5, 0), (0, 0), (0, -3.5), (0, 0)]
 RECTANGLE = [(-3, 2), (-3, -2), (3, -2), (3, 2)]  # the first side is 6 m, without a turn

@@ -17,7 +17,8 @@ def warn_of(history: History, readings: list, ids: tuple, window: int = 100, sha
     readings: as a TeamLog's `measurements`.  None is given where the filter's d2 are not one number for each reading,
     where an observer has fewer readings, or where there is no gate.
     """
-    steps, beyond = ({i: [] for i in range(len(ids))} for _ in range(2))  # of each one's readings
+    steps: list[list] = [[] for _ in ids]  # of each one's readings
+    beyond: list[list] = [[] for _ in ids]
     for k, (values, seen) in enumerate(zip(history.d2, readings), 1):
         if len(values) == len(seen) and all(np.ndim(value) == 0 for value in values):
             for (i, _, _), d2 in zip(seen, values):

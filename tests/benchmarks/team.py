@@ -20,9 +20,9 @@ from labkit.geometry import relative  # noqa: E402
 from labkit.metrics import nees_per_dimension  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
 from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, scenarios  # noqa: E402
-from labkit.team.bound import least_squares  # noqa: E402
 from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
+from labkit.team.smoother import least_squares  # noqa: E402
 
 from helpers.team_answers import answer, start_errors, started  # noqa: E402
 

@@ -8,7 +8,7 @@ import numpy as np
 from labkit import wrap
 from labkit.geometry import relative
 from labkit.notebook.answers import load_answer
-from labkit.team import TeamNoise, by_alignment, dead_reckoned
+from labkit.team import TeamNoise, dead_reckoned, initial_pose
 
 
 @cache
@@ -38,7 +38,7 @@ def start_errors(scenario, runs, metres=3.3):
         for i in range(1, log.n):
             one = log.logs[i]
             early = way[one.seen_step] < metres
-            pose, _ = by_alignment(track[one.seen_step[early] + 1, :2], *one.seen[early].T)
+            pose, _ = initial_pose(track[one.seen_step[early] + 1, :2], *one.seen[early].T)
             e = pose - relative(log.truth[0, i], log.truth[0, 0])
             off.append([np.hypot(*e[:2]), wrap(e[2])])
     return np.sqrt(np.mean(np.square(off), axis=0))

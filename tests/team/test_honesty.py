@@ -16,9 +16,9 @@ from labkit.team import (
     Team,
     TeamLog,
     TeamNoise,
-    by_alignment,
     delayed,
     frame_errors,
+    initial_pose,
     of_logs,
     scenarios,
 )
@@ -65,7 +65,7 @@ def test_nothing_but_false_readings_is_no_silent_frame():
         replay(started(log, 1), log)
     one, track = log.logs[1], log.truth[1:, 0, :2]
     with pytest.raises(ValueError, match="contradict each other"):
-        by_alignment(track[one.seen_step], *one.seen.T)
+        initial_pose(track[one.seen_step], *one.seen.T)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -79,9 +79,9 @@ def test_honest_runs_raise_no_warning(seed):
 def test_readings_that_are_no_numbers_do_not_place_an_observer():
     track = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
     with pytest.raises(ValueError, match="must be finite numbers"):
-        by_alignment(track, np.full(30, np.nan), np.zeros(30))
+        initial_pose(track, np.full(30, np.nan), np.zeros(30))
     with pytest.raises(ValueError, match=r"ranges and bearings \(N,\)"):
-        by_alignment(track, np.ones(10), np.zeros(10))
+        initial_pose(track, np.ones(10), np.zeros(10))
 
 
 def test_what_is_left_in_x_and_p_must_be_an_estimate():
@@ -104,9 +104,9 @@ TRACK = np.column_stack([np.linspace(0, 3, 30), np.zeros(30)])
 @pytest.mark.parametrize(
     "make, told",
     [
-        (lambda: by_alignment(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)), "tell too little"),
-        (lambda: by_alignment(TRACK, np.ones(29), np.zeros(30)), "must be"),
-        (lambda: by_alignment(np.zeros((30, 3)), np.ones(30), np.zeros(30)), "track must be"),
+        (lambda: initial_pose(np.array([[0, 0], [2, 0.0]] * 10), np.ones(20), np.zeros(20)), "tell too little"),
+        (lambda: initial_pose(TRACK, np.ones(29), np.zeros(30)), "must be"),
+        (lambda: initial_pose(np.zeros((30, 3)), np.ones(30), np.zeros(30)), "track must be"),
         (lambda: align(np.ones((4, 2)) * np.nan, TRACK[:4]), "must be finite"),
         (lambda: align(TRACK[:4], np.ones((4, 2))), "two different points"),
         (lambda: of_logs([]), "two logs or more"),

@@ -8,10 +8,10 @@ import pytest
 from labkit import metrics, replay
 from labkit.checks.feedback import FilterError
 from labkit.geometry import align, relative, transform
-from labkit.team import Team, TeamLog, TeamNoise, by_alignment, dead_reckoned, frame_errors, scenarios
-from labkit.team.bound import least_squares
+from labkit.team import Team, TeamLog, TeamNoise, dead_reckoned, frame_errors, initial_pose, scenarios
 from labkit.team.pairs import PairFilters
 from labkit.team.particles import TeamParticles
+from labkit.team.smoother import least_squares
 
 from helpers.team_answers import answer, start_errors, started
 
@@ -112,7 +112,7 @@ def test_the_start_is_within_13_cm_and_one_degree(scenario):
 
 def test_a_start_without_a_way_is_refused_in_a_sentence():
     with pytest.raises(ValueError, match=r"moved by only 0\.50 m"):
-        by_alignment(np.array([[0, 0], [0.5, 0]]), np.array([2, 2.0]), np.array([0, 0.1]))
+        initial_pose(np.array([[0, 0], [0.5, 0]]), np.array([2, 2.0]), np.array([0, 0.1]))
 
 
 # Filters

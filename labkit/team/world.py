@@ -136,13 +136,12 @@ class Team:
         """A TeamLog of `steps` steps; control(team) gives the commands (n, 2) of each."""
         if steps < 1:
             raise ValueError(f"a run needs at least one step, but steps is {steps}")
-        truth, odometry, seen = [self.poses], [], [[] for _ in range(self.n)]
-        for k in range(steps):
+        truth, odometry, looks = [self.poses], [], []
+        for _ in range(steps):
             odometry.append(self.drive(control(self)))
             truth.append(self.poses)
-            for i, j, z in self.look():
-                seen[i].append((k, j, *z))
-        return recorded(DT, odometry, truth, seen, name)
+            looks.append(self.look())
+        return recorded(DT, odometry, truth, looks, name)
 
 
 class Route:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..geometry import align, transform, wrap
+from ..geometry import Array, Points, Pose, align, transform, wrap
 from ..world import located
 
 BASELINE = 1.0  # [m] the robot must have driven at least so far
@@ -10,7 +10,7 @@ APART = 0.1  # [m] two places must be, and the readings of them, to propose a po
 CONTRADICTION = 0.5  # [m] if half of the readings are farther off than this, they are not of this robot
 
 
-def by_alignment(track, ranges, bearings):
+def initial_pose(track: Points, ranges: Array, bearings: Array) -> tuple[Pose, float]:
     """(pose (3,), spread) of the observer: its readings laid on the robot's own odometry track.
 
     track (N, 2) [m] in the robot's frame, ranges (N,) [m], bearings (N,) [rad] from the observer's heading.
@@ -22,7 +22,8 @@ def by_alignment(track, ranges, bearings):
     track, ranges, bearings = (np.asarray(one, dtype=float) for one in (track, ranges, bearings))
     if track.ndim != 2 or track.shape[1] != 2 or not len(track) == len(ranges) == len(bearings):
         raise ValueError(
-            f"track must be (N, 2), ranges and bearings (N,), but they are {track.shape}, {ranges.shape}, {bearings.shape}"
+            "track must be (N, 2), ranges and bearings (N,), "
+            f"but they are {track.shape}, {ranges.shape}, {bearings.shape}"
         )
     if not all(np.isfinite(one).all() for one in (track, ranges, bearings)):
         raise ValueError("track, ranges and bearings must be finite numbers, but one of them is not")
@@ -45,7 +46,8 @@ def by_alignment(track, ranges, bearings):
     best = min((_off(points, track, *one) for one in proposals), key=np.median)
     if np.median(best) > CONTRADICTION:
         raise ValueError(
-            f"the readings contradict each other: wherever the observer stands, half of them are {np.median(best):.1f} m off or more"
+            "the readings contradict each other: "
+            f"wherever the observer stands, half of them are {np.median(best):.1f} m off or more"
         )
     good = best <= max(3 * 1.4826 * np.median(best), 0.15)
     angle, shift = align(points[good], track[good])
