@@ -20,9 +20,9 @@ from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several fo
 matplotlib.use("Agg")
 
 # Those that take minutes, the longest first: two processes then end at about the same time.
-LONG = ("test_labs", "test_marks", "test_command", "test_browser")
+LONG = "labs command corpus marks browser checks localizers lab pictures release".split()
 
 
 def pytest_collection_modifyitems(items):
-    rank = {name: number for number, name in enumerate(LONG)}
+    rank = {f"test_{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONG)))

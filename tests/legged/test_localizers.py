@@ -708,17 +708,20 @@ def quiet():
     return {r.name: r for r in race({name: CONTESTANTS[name] for name in names}, logs)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["EKF alone", "paper's rule"])
 def test_a_covariance_does_not_notice_a_kidnapping(name):
     assert np.isfinite(carried()[name].recovered()).mean() < 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["MCL + EKF", "grid + EKF", "grid (backgr.) + EKF", "memory + EKF"])
 def test_surprises_do_and_every_robot_is_found_again(name):
     assert (carried()[name].recovered() <= 110).all()  # not so if any is NaN
     assert (carried()[name].found() <= 110).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["grid + EKF", "memory + EKF"])
 def test_taking_turns_is_as_good_as_the_best_of_the_two(name):
     error = {r.name: 100 * r.tracking.mean() for r in quiet().values()}

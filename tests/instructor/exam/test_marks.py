@@ -214,6 +214,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 def test_only_a_clean_pass_counts(marks):
     sheet = paper.read(LABS[0])
     cells = {cell.id: cell for cell in sheet.cells}
@@ -225,6 +226,7 @@ def test_only_a_clean_pass_counts(marks):
     assert [mark["points"] for mark in found.values()] == [status == PASSED for _, status in CHANGES]
 
 
+@pytest.mark.slow
 def test_a_kernel_that_dies_is_an_error(marks):
     """nbval waits for it until the cell's time is up, so that is short here, and nothing else is asked for."""
     sheet = paper.read(LABS[0])
