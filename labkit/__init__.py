@@ -4,10 +4,9 @@ Data flows one way: world -> robot -> log -> filter -> history -> metrics -> plo
 The filter is missing on purpose: it is what the student writes.
 """
 
-from importlib import import_module
-
 from .checks.feedback import FilterError
 from .geometry import rotation, wrap
+from .lazy import lazy
 from .log import History, Log, make_filter, replay, simulate
 from .robot import Robot
 from .world import Landmark, Map, random_map
@@ -22,6 +21,8 @@ _LAZY = {
     "play": "widgets",
     "progress": "widgets",
     "load_answer": "notebook.answers",
+    "metrics": "metrics",
+    "mrclam": "mrclam",
 }
 
 __all__ = [
@@ -38,21 +39,6 @@ __all__ = [
     "simulate",
     "wrap",
     *_LAZY,
-    "metrics",
-    "mrclam",
 ]
 
-
-_MODULES = ("metrics", "mrclam")  # reachable as labkit.metrics without an import of their own
-
-
-def __getattr__(name):
-    if name in _MODULES:
-        return import_module(f".{name}", __name__)
-    if name in _LAZY:
-        return getattr(import_module(f".{_LAZY[name]}", __name__), name)
-    raise AttributeError(f"module 'labkit' has no attribute '{name}'")
-
-
-def __dir__():
-    return sorted(__all__)
+__getattr__, __dir__ = lazy(__name__, __all__, _LAZY)

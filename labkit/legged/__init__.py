@@ -4,8 +4,7 @@ Source: F. Martín, V. Matellán, P. Barrera, J. M. Cañas, "Localización basad
 de Kalman para robots con patas" (called "the paper" here), and the works that it builds on.
 """
 
-from importlib import import_module
-
+from ..lazy import lazy
 from .field import FIELD, Field
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
@@ -49,12 +48,4 @@ __all__ = [
     *_LAZY,
 ]
 
-
-def __getattr__(name):
-    if name in _LAZY:
-        return getattr(import_module(f".{_LAZY[name]}", __name__), name)
-    raise AttributeError(f"module 'labkit.legged' has no attribute '{name}'")
-
-
-def __dir__():
-    return sorted(__all__)
+__getattr__, __dir__ = lazy(__name__, __all__, _LAZY)

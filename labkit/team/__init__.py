@@ -4,8 +4,7 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 (in Russian, 2005; called "the paper" here).
 """
 
-from importlib import import_module
-
+from ..lazy import lazy
 from .frame import frame_errors, relative_nees_per_dimension
 from .initial_pose import initial_pose
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
@@ -31,12 +30,4 @@ __all__ = [
     *_LAZY,
 ]
 
-
-def __getattr__(name):
-    if name in _LAZY:
-        return getattr(import_module(f".{_LAZY[name]}", __name__), name)
-    raise AttributeError(f"module 'labkit.team' has no attribute '{name}'")
-
-
-def __dir__():
-    return sorted(__all__)
+__getattr__, __dir__ = lazy(__name__, __all__, _LAZY)
