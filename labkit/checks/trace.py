@@ -50,7 +50,7 @@ ODD = ("none", "type", "count", "missing", "changed")
 class OddResultError(Exception):
     """What came back cannot be compared with anything: one of the kinds in ODD; the text says why."""
 
-    def __init__(self, kind, text):
+    def __init__(self, kind: str, text: str) -> None:
         super().__init__(text)
         self.kind = kind
 

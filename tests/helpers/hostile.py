@@ -323,7 +323,7 @@ CODE = [
     ),
     (
         "tells hidden inputs in the words of a check",
-        "import labkit.checks as c\nsee, times = c.observe, [0]\ndef observe(data, subject):\n    times[0] += data['name'] == 'cartesian-kf'\n    if times[0] > 1: raise c.CheckFailed('x', f'TOLD {data}')\n    return see(data, subject)\nc.observe = observe",
+        "import labkit.checks as c\nsee, times = c.observe, [0]\ndef observe(data, subject):\n    times[0] += data['name'] == 'cartesian-kf'\n    if times[0] > 1: raise c.CheckError('x', f'TOLD {data}')\n    return see(data, subject)\nc.observe = observe",
         "",
         PARTS | {"filter", "blind"},
         "but not for other numbers",

@@ -9,29 +9,32 @@ import json
 import os
 import sys
 import threading
+from collections.abc import Callable, Container, Sequence
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # what grades needs no papers, and is there sooner without
+    from .paper import Paper
 
 SPARE = 20  # seconds that a check cell may take beyond all of one student's time
 
 
-def notebook(paper, done):
+def notebook(paper: "Paper", done: Sequence[Container[str]]) -> dict[str, Any]:
     """The check notebook: the set-up once, then each check cell of a Paper for each student.
 
     done: for each student the ids of the checks that have a mark already and are left out.
     """
-    start = (
-        f"from labkit.instructor.exam.kernel import Examination\n"
-        f"examination = Examination('.', {paper.exam}, get_ipython())"
-    )
+    start = f"from labkit.instructor.exam.kernel import Batch\nbatch = Batch('.', {paper.exam}, get_ipython())"
     cells = [_setup(paper.setup, "setup"), _setup(start, "start")]
     for number, marked in enumerate(done):
         for cell in paper.cells:
             if cell.id in marked:
                 continue
-            source = f"examination.begin({number}, {cell.id!r}, globals())\n{cell.source}"
+            source = f"batch.begin({number}, {cell.id!r}, globals())\n{cell.source}"
             about = {"grading": {"number": number, "check": cell.id}}
             cells.append(_code(source, f"s{number}-{cell.id}", about, cell.printed))
-    cells.append(_setup("examination.end()", "end"))
+    cells.append(_setup("batch.end()", "end"))
     return {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
 
 
@@ -52,7 +55,7 @@ def _code(source, id, metadata, printed=""):
     }
 
 
-def grade(folder, news):
+def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
     """Run the check notebook in `folder` and give each mark to `news`."""
     from .recorder import Recorder
 
@@ -77,18 +80,18 @@ def grade(folder, news):
     return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
 
 
-def ready():
+def ready() -> ModuleType:
     """Load what grading needs; returns pytest."""
     # jsonschema looks for it to check internet addresses, which notebooks' metadata have none of; that it reads
     # its grammar takes longer than all else here.
-    sys.modules.setdefault("rfc3987_syntax", None)
+    sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]  # None: there is none
     import nbval.plugin  # noqa: F401
     import pytest
 
     return pytest
 
 
-def main():
+def main() -> None:
     """Serve the grader."""
     os.environ.update(PYTEST_DISABLE_PLUGIN_AUTOLOAD="1", JUPYTER_PLATFORM_DIRS="1")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)
@@ -110,7 +113,7 @@ def main():
     os._exit(0)
 
 
-def watch(parent):
+def watch(parent: int) -> None:
     """End this process when its parent is gone."""
 
     def look():

@@ -1,14 +1,16 @@
 """The same grading on a Dask cluster: each worker machine has the full kit, and grades batches with it."""
 
 import functools
+from collections.abc import Iterator, Sequence
 
 from ..records import CommandError
-from . import pool as run
-from .paper import read as read_paper
+from ..sandbox.launch import Sandbox
+from . import paper
+from .pool import Job, Local, News, Room, batches
 
 
-def remote(room, jobs, address):
-    """Grade on the cluster whose scheduler is at `address`; yields as run.Local.grade does.
+def remote(room: Room, jobs: Sequence[Job], address: str) -> Iterator[News]:
+    """Grade on the cluster whose scheduler is at `address`; yields as Local.grade does.
 
     A machine that dies costs the time of its batch: Dask gives that to another. Raises CommandError.
     """
@@ -24,8 +26,8 @@ def remote(room, jobs, address):
         raise CommandError(f"No Dask scheduler answers at {address} ({error}).") from None
     with client:
         workers = max(1, sum(client.nthreads().values()))
-        waiting = {
-            client.submit(grade_there, room, part, pure=False, retries=2): part for part in run.batches(jobs, workers)
+        waiting: dict = {
+            client.submit(grade_there, room, part, pure=False, retries=2): part for part in batches(jobs, workers)
         }
         for future in as_completed(waiting, loop=client.loop):
             if future.status == "finished":
@@ -36,9 +38,9 @@ def remote(room, jobs, address):
             waiting[future] = None
 
 
-def grade_there(room, jobs):
-    """What a worker of the cluster does with a batch: a list of what run.Local.grade yields."""
-    if read_paper(room.paper.lab).digest != room.paper.digest:
+def grade_there(room: Room, jobs: Sequence[Job]) -> list[News]:
+    """What a worker of the cluster does with a batch: a list of what Local.grade yields."""
+    if paper.read(room.paper.lab).digest != room.paper.digest:
         raise CommandError("a worker has another version of the kit: update it to the one that you grade with")
     level = sandbox_here()
     if level.level < room.way["level"]:
@@ -47,13 +49,14 @@ def grade_there(room, jobs):
 
 
 @functools.cache
-def here():
+def here() -> Local:
     """The grading process of this machine, kept for the next batch."""
-    return run.Local(1)
+    return Local(1)
 
 
 @functools.cache
-def sandbox_here():
+def sandbox_here() -> Sandbox:
+    """The best sandbox of this machine."""
     from ..sandbox.choose import look
 
     return max((found.sandbox for found in look() if found.sandbox), key=lambda sandbox: sandbox.level)

@@ -7,6 +7,7 @@ of the cell is written to a file, a line for each, for the recorder that sits in
 import builtins
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,36 +17,38 @@ from .. import records
 from ..sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from ..sandbox.launch import Sandbox
 from ..sandbox.proxy import MissingAnswerError, Student
+from .exam import Exam
 
 FILE = "said.jsonl"
 UNCLEAR = "What your code gave back could not be used here."
 
 
-class Examination:
-    """One batch of students.  folder: where batch.json is, and where the results go."""
+class Batch:
+    """The students whom this kernel marks. folder: where batch.json is, and where the results go;  shell: IPython's."""
 
-    def __init__(self, folder, exam, shell):
+    def __init__(self, folder: str | Path, exam: Exam, shell: Any) -> None:
         self.folder, self.exam = Path(folder), exam
         batch = json.loads((self.folder / "batch.json").read_text(encoding="utf-8"))
         self.students, self.checks = batch["students"], {c["id"]: c for c in batch["checks"]}
         self.subjects, self.time = batch["subjects"], batch["time"]
         self.sandbox = Sandbox(**batch["sandbox"])
-        self.number, self.student, self.spare, self.check = None, None, None, None
+        self.number: int | None = None  # of the student whose turn it is
+        self.student: Student | None = None
+        self.spare: Channel | None = None
+        self.check: str | None = None  # the cell that runs
         exam.seed, exam.keep = batch["seed"], self.keep
-        self.said = open(self.folder / FILE, "a", encoding="utf-8")
         shell.events.register("post_run_cell", self._ran)
 
-    def begin(self, number, check, names):
+    def begin(self, number: int, check: str, names: dict[str, Any]) -> None:
         """Make `names` (the cell's globals) hold this student's objects; check: the cell's grade_id."""
         self.check = None  # nothing is told of a cell that did not begin
-        if number != self.number:
-            self._next(number)
+        student = self.student if number == self.number and self.student else self._next(number)
         self.exam.student, self.exam.current = self.students[number]["key"], check
         self.check = check
         for name in self.subjects:
             names.pop(name, None)
         wanted = self.checks[check]["uses"]
-        names.update({name: self.student.find(name) for name in wanted})
+        names.update({name: student.find(name) for name in wanted})
 
     def _next(self, number):
         if self.student:
@@ -54,8 +57,9 @@ class Examination:
         self.student = Student(self.sandbox, sent["cells"], self.subjects, self.spare, **self.time)
         # The next student's worker imports what it needs while this one is graded.
         self.spare = Channel(self.sandbox, self.time["total"]) if number + 1 < len(self.students) else None
+        return self.student
 
-    def keep(self, **arrays):
+    def keep(self, **arrays: Any) -> None:
         """Store the data of the student's figure."""
         np.savez(self.folder / f"figure-{self.number}.npz", **arrays)
 
@@ -64,8 +68,8 @@ class Examination:
             return
         error = result.error_before_exec or result.error_in_exec
         told = self._told(error) if error else {"status": records.PASSED}
-        self.said.write(json.dumps({"number": self.number, "check": self.check, **told}) + "\n")
-        self.said.flush()
+        with open(self.folder / FILE, "a", encoding="utf-8") as file:
+            file.write(json.dumps({"number": self.number, "check": self.check, **told}) + "\n")
         self.check = None
 
     def _told(self, error):
@@ -77,7 +81,7 @@ class Examination:
         if isinstance(error, MissingAnswerError):
             return {"status": records.NOT_RUN, "reason": str(error), "lines": error.lines_of_problems}
         if isinstance(error, StudentCodeError):
-            return {"status": records.FAILED, **self._raised(error, hidden or not getattr(error, "public", False))}
+            return {"status": records.FAILED, **self._raised(error, hidden or not error.public)}
         if isinstance(error, WorkerLostError):
             return {"status": records.FAILED, "reason": str(error)}
         if isinstance(error, OSError | MemoryError):
@@ -107,7 +111,7 @@ class Examination:
             reason = f"{reason[:-1]}, in {label}, line {line}:  {source[line - 1].strip()[:200]}"
         return {"reason": reason}
 
-    def end(self):
+    def end(self) -> None:
         """Let go of all workers."""
         for worker in (self.student, self.spare):
             if worker:

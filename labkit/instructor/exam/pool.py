@@ -9,15 +9,19 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .. import records
-from ..sandbox.launch import make_runtime
+from ..sandbox.launch import Sandbox, make_runtime
 from . import batch
+from .paper import Paper
 
+News: TypeAlias = tuple[str, int, Any]  # what happened, to which job, and what came of it
 LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
 TRIES = 2
 KIT = str(Path(__file__).resolve().parents[3])
@@ -29,33 +33,33 @@ class Job:
 
     id: int
     key: str
-    cells: list
-    sources: dict
-    done: frozenset = frozenset()
+    cells: list[dict[str, Any]]
+    sources: dict[str, str]
+    done: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
 class Room:
     """What a batch is graded with, the same for all batches; plain data, so that it can travel."""
 
-    paper: object
+    paper: Paper
     seed: int
-    way: dict  # of the Sandbox
-    time: dict  # seconds: {"call", "total"}
+    way: dict[str, Any]  # of the Sandbox
+    time: dict[str, float]  # seconds: {"call", "total"}
 
-    def at(self, sandbox):
+    def at(self, sandbox: Sandbox) -> "Room":
         """The same with another machine's sandbox."""
         return replace(self, way=way(sandbox))
 
 
-def batches(jobs, workers):
+def batches(jobs: Sequence[Job], workers: int) -> list[Sequence[Job]]:
     """Lists of jobs: two rounds for each of several workers, so that they end together; none above LARGEST."""
     rounds = 1 if workers == 1 else 2
     size = max(1, min(LARGEST, -(-len(jobs) // (rounds * workers))))
     return [jobs[i : i + size] for i in range(0, len(jobs), size)]
 
 
-def write_batch(folder, room, jobs, runtime):
+def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: str) -> None:
     """Put a batch's files into `folder`: batch.json and the check notebook."""
     paper = room.paper
     content = {
@@ -71,20 +75,20 @@ def write_batch(folder, room, jobs, runtime):
     Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
 
 
-def take_figures(folder, jobs):
+def take_figures(folder: str | Path, jobs: Sequence[Job]) -> dict[int, dict[str, np.ndarray]]:
     """{job id: {name: array}} of the figures that a batch left in its folder."""
     found = {}
     for number, job in enumerate(jobs):
-        with contextlib.suppress(OSError, ValueError):
-            with np.load(Path(folder, f"figure-{number}.npz"), allow_pickle=False) as stored:
-                found[job.id] = {name: stored[name] for name in stored.files}
+        path = Path(folder, f"figure-{number}.npz")
+        with contextlib.suppress(OSError, ValueError), np.load(path, allow_pickle=False) as stored:
+            found[job.id] = {name: stored[name] for name in stored.files}
     return found
 
 
 class Runner:
     """A process of `labkit.instructor.exam.batch` that grades one batch after the other."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | Path) -> None:
         self.folder = folder
         # One thread each: the processes share the cores among themselves.
         threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -101,11 +105,13 @@ class Runner:
             bufsize=1,
         )
 
-    def grade(self, room, jobs, runtime):
-        """Yield ('mark', job id, mark) and ('done', job id, figure) of a batch; raises OSError if the process ends early."""
+    def grade(self, room: Room, jobs: Sequence[Job], runtime: str) -> Iterator[News]:
+        """Yield ('mark', job id, mark) and ('done', job id, figure). Raises OSError if the process ends early."""
         folder = tempfile.mkdtemp(prefix="batch-", dir=self.folder)
         try:
             write_batch(folder, room, jobs, runtime)
+            assert self.process.stdin is not None
+            assert self.process.stdout is not None
             self.process.stdin.write(json.dumps({"folder": folder}) + "\n")
             for line in self.process.stdout:
                 item = json.loads(line)
@@ -120,17 +126,19 @@ class Runner:
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
-    def end(self):
+    def end(self) -> None:
+        """Be rid of the process; it may be gone already."""
         with contextlib.suppress(OSError):
-            self.process.stdin.close()
+            if self.process.stdin:
+                self.process.stdin.close()
         self.process.kill()
         self.process.wait()
 
 
 class Local:
-    """This machine's processes, which load while the grader still looks at what was handed in."""
+    """The processes of one machine, which load while the grader still looks at what was handed in."""
 
-    def __init__(self, workers):
+    def __init__(self, workers: int) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True)
         # Students' workers, which may be another user, read the runtime; nobody else reads the rest.
         os.chmod(self._folder.name, 0o711)
@@ -138,12 +146,13 @@ class Local:
         self._scratch = Path(self._folder.name, "batches")
         self._scratch.mkdir(mode=0o700)
         self._workers, self._runners = workers, [Runner(self._scratch)]
-        self._threads, self._stopped = [], False
+        self._threads: list[threading.Thread] = []
+        self._stopped = False
 
-    def __enter__(self):
+    def __enter__(self) -> "Local":
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         self._stopped = True  # the threads begin nothing new
         for runner in self._runners:
             runner.end()
@@ -151,9 +160,10 @@ class Local:
             thread.join(5)
         self._folder.cleanup()
 
-    def grade(self, room, jobs):
-        """Grade all jobs; yields as Runner.grade does."""
-        waiting, news = queue.SimpleQueue(), queue.SimpleQueue()
+    def grade(self, room: Room, jobs: Sequence[Job]) -> Iterator[News]:
+        """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why)."""
+        waiting: queue.SimpleQueue = queue.SimpleQueue()
+        news: queue.SimpleQueue = queue.SimpleQueue()
         todo = batches(jobs, self._workers)
         for one in todo:
             waiting.put((one, 1))
@@ -196,11 +206,11 @@ class Local:
             news.put(None)
 
 
-def way(sandbox):
+def way(sandbox: Sandbox) -> dict[str, Any]:
     """A Sandbox as plain data, without the folder of this machine."""
     return {**asdict(sandbox), "runtime": ""}
 
 
-def lost(paper, reason):
+def lost(paper: Paper, reason: str) -> list[tuple[str, float, str, str]]:
     """Marks for a submission whose grading process could not finish."""
     return [(c.id, 0.0, records.ERROR, reason) for c in paper.cells if c.points is not None]

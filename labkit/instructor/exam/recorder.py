@@ -4,7 +4,9 @@ Only a clean pass counts.  The reason comes from the kernel's own notes, but nev
 """
 
 import json
+from collections.abc import Callable, Generator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,12 +17,13 @@ from .kernel import FILE
 class Recorder:
     """folder: the batch's;  news: a function that takes each mark as a dictionary."""
 
-    def __init__(self, folder, points, news):
+    def __init__(self, folder: str | Path, points: Mapping[str, float], news: Callable[[dict], None]) -> None:
         self.file, self.points, self.news = Path(folder) / FILE, points, news
         self.place = 0
 
     @pytest.hookimpl(hookwrapper=True)
-    def pytest_runtest_makereport(self, item, call):
+    def pytest_runtest_makereport(self, item: pytest.Item, call: pytest.CallInfo) -> Generator[None, Any, None]:
+        """Called by pytest for each stage of each cell."""
         outcome = yield
         report = outcome.get_result()
         about = getattr(item, "cell", {}).get("metadata", {}).get("grading")

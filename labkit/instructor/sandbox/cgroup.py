@@ -1,5 +1,6 @@
 """A control group (cgroup v2) for each worker: one cap on memory and on processes for all that it starts."""
 
+import contextlib
 import os
 import re
 import uuid
@@ -10,17 +11,19 @@ MEMORY, TASKS = 2 * 2**30, 64
 
 
 @cache
-def parent():
+def parent() -> str | None:
     """The nearest group above this process in which we may make groups with both limits, or None."""
     try:
         mounts = Path("/proc/self/mountinfo").read_text()
-        top = re.search(r"^\S+ \S+ \S+ \S+ (\S+) .* - cgroup2 ", mounts, re.MULTILINE)[1]
-        own = re.search(r"^0::(.*)$", Path("/proc/self/cgroup").read_text(), re.MULTILINE)[1]
-    except (OSError, TypeError):
+        top = re.search(r"^\S+ \S+ \S+ \S+ (\S+) .* - cgroup2 ", mounts, re.MULTILINE)
+        own = re.search(r"^0::(.*)$", Path("/proc/self/cgroup").read_text(), re.MULTILINE)
+    except OSError:
         return None
-    place = Path(top + own)
+    if not top or not own:
+        return None
+    place = Path(top[1] + own[1])
     for group in (place, *place.parents):
-        if not str(group).startswith(top):
+        if not str(group).startswith(top[1]):
             break
         try:
             enabled = (group / "cgroup.subtree_control").read_text().split()
@@ -33,7 +36,7 @@ def parent():
     return None
 
 
-def make():
+def make() -> str:
     """A new group with its limits set; returns its folder. Raises OSError."""
     group = Path(parent() or "/nonexistent") / f"labkit-{uuid.uuid4().hex[:12]}"
     group.mkdir()
@@ -45,17 +48,15 @@ def make():
     return str(group)
 
 
-def within(group):
+def within(group: str) -> list[str]:
     """The start of a command line that puts the rest of it into the group."""
     return ["/bin/sh", "-c", 'echo 0 > "$0/cgroup.procs"; exec "$@"', group]
 
 
-def remove(group):
+def remove(group: str) -> None:
     """Kill what is left in the group and remove it."""
-    try:
+    with contextlib.suppress(OSError):
         (Path(group) / "cgroup.kill").write_text("1")
-    except OSError:
-        pass
     for _ in range(100):
         try:
             os.rmdir(group)

@@ -3,9 +3,11 @@
 import os
 import selectors
 import time
+from typing import Any
 
 from ...checks.feedback import FilterError
 from . import wire
+from .launch import Sandbox
 
 START = 30  # seconds for a worker to be there, on a busy machine
 SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
@@ -18,28 +20,30 @@ class WorkerLostError(FilterError):
 class StudentCodeError(FilterError):
     """The student's code raised: kind is the exception's type, place (cell label, line) or None."""
 
-    def __init__(self, kind, place, text):
+    public = False  # whether its text may be shown: what raised had seen nothing secret
+
+    def __init__(self, kind: str, place: tuple[str, int] | None, text: str) -> None:
         super().__init__(text)
         self.kind, self.place = kind, place
 
 
 class Channel:
-    """One worker process and its pipes."""
+    """One worker process and its pipes; seconds: how much of the processor it may use in all."""
 
-    def __init__(self, sandbox, seconds):
+    def __init__(self, sandbox: Sandbox, seconds: float) -> None:
         self.worker = sandbox.start(seconds)
         self.ready = False
-        for stream in (self.worker.process.stdin, self.worker.process.stdout):
+        for stream in (self.worker.requests, self.worker.answers):
             os.set_blocking(stream.fileno(), False)
 
-    def settle(self):
-        """Wait until it has confined itself."""
+    def settle(self) -> None:
+        """Wait until it has confined itself. Raises WorkerLostError."""
         if not self.ready:
             self.ask({"do": "confine", **self.worker.limits}, START)
             self.ready = True
 
-    def ask(self, request, seconds):
-        """The answer to a request. Raises WorkerLostError; then the worker is no use any more."""
+    def ask(self, request: dict[str, Any], seconds: float) -> dict[str, Any]:
+        """The answer to a request. Raises StudentCodeError, or WorkerLostError: then the worker is no use any more."""
         deadline = time.monotonic() + seconds
         self._send(wire.pack(request, objects=True), deadline)
         try:
@@ -58,7 +62,7 @@ class Channel:
         return answer
 
     def _send(self, data, deadline):
-        stream = self.worker.process.stdin
+        stream = self.worker.requests
         view = memoryview(data)
         while view:
             self._wait(stream, selectors.EVENT_WRITE, deadline)
@@ -70,7 +74,7 @@ class Channel:
                 raise WorkerLostError(self._gone()) from None
 
     def _receive(self, count, deadline):
-        stream, parts = self.worker.process.stdout, []
+        stream, parts = self.worker.answers, []
         while count:
             self._wait(stream, selectors.EVENT_READ, deadline)
             try:
@@ -98,7 +102,8 @@ class Channel:
             "leave out exit() and the like, and look for a list that never stops growing."
         )
 
-    def end(self):
+    def end(self) -> None:
+        """Be rid of the worker."""
         self.worker.end()
 
 

@@ -1,17 +1,17 @@
 """Which sandbox to use, and what to say about it; `labkit sandbox`."""
 
+import argparse
 import os
 import sys
 import tempfile
 
 from ..records import CommandError
 from . import levels, probe
-from .launch import make_runtime
-from .proxy import TOTAL
+from .launch import Sandbox, make_runtime
 
 
-def look():
-    """What levels.find finds on this machine, the best first."""
+def look() -> list[levels.Found]:
+    """What levels.find finds on this machine, the best first. Raises CommandError on Windows."""
     if os.name == "nt":
         raise CommandError(
             "Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows."
@@ -21,7 +21,7 @@ def look():
         return levels.find(make_runtime(os.path.join(folder, "runtime")))
 
 
-def choose(args):
+def choose(args: argparse.Namespace) -> Sandbox:
     """The best Sandbox of this machine that the options allow; says which. Raises CommandError if there is none."""
     found = [f.sandbox for f in look() if f.sandbox]
     if args.level is not None:
@@ -31,24 +31,22 @@ def choose(args):
     best = max(found, key=lambda sandbox: sandbox.level)
     if best.level == 0 and not args.trust_students:
         raise CommandError(
-            "There is no sandbox here that holds, so students' code could read and change your files. Install bubblewrap "
-            "(on Debian and Ubuntu: sudo apt install bubblewrap), or, if you trust every student with your account, "
-            "give --trust-students. `labkit sandbox` tells more."
+            "There is no sandbox here that holds, so students' code could read and change your files. Install "
+            "bubblewrap (on Debian and Ubuntu: sudo apt install bubblewrap), or, if you trust every student with your "
+            "account, give --trust-students. `labkit sandbox` tells more."
         )
     if best.level == 1 and not args.weak_sandbox:
         raise CommandError(
-            "Only a weak sandbox can be used here (level 1): `labkit sandbox` tells what is open. Install bubblewrap, or "
-            "give --weak-sandbox if that will do."
+            "Only a weak sandbox can be used here (level 1): `labkit sandbox` tells what is open. Install bubblewrap, "
+            "or give --weak-sandbox if that will do."
         )
-    print(
-        f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total if args else TOTAL:g} s for each submission."
-    )
+    print(f"Sandbox level {best.level}: {levels.WORDS[best.level]}; 2 GiB, {args.total:g} s for each submission.")
     if best.level < 3:
         print("Warning: install bubblewrap for a closed sandbox; `labkit sandbox` tells what is open in this one.")
     return best
 
 
-def table():
+def table() -> int:
     """Print what each way of shutting code in keeps; exit status 0 if there is a level of 2 or more, else 1."""
     try:
         found = look()
@@ -65,6 +63,6 @@ def table():
         for name, words in probe.PROMISES.items():
             cells = (("yes" if name in one.held else "NO").center(len(one.way)) for one in ways)
             print(f"A worker {words:{width}}" + "  ".join(cells).rstrip())
-    best = max((one.sandbox.level for one in ways), default=0)
+    best = max((one.sandbox.level for one in found if one.sandbox), default=0)
     print(f"\nlabkit grade uses level {best}: {levels.WORDS[best]}.")
     return 0 if best >= 2 else 1

@@ -5,6 +5,8 @@ import errno
 import importlib
 import os
 import resource
+from collections.abc import Sequence
+from types import ModuleType
 
 MEMORY = 2 * 2**30  # bytes of address space, for each process
 
@@ -106,7 +108,9 @@ CLONE_THREAD = 0x00010000
 TIOCSTI, TIOCLINUX = 0x5412, 0x541C
 
 
-def confine(landlock, seccomp, uid, scratch, readable, seconds):
+def confine(
+    landlock: bool, seccomp: bool, uid: int | None, scratch: str, readable: Sequence[str], seconds: int
+) -> None:
     """Limit this process for good; raises if any part that is asked for does not hold.
 
     landlock, seccomp: whether to use them;  uid: the user to become, or None;  scratch: the one folder
@@ -142,9 +146,9 @@ def _landlock(py_landlock, scratch, readable):
     rules.apply()
 
 
-def load(*names):
+def load(*names: str) -> list[ModuleType | None]:
     """The packages of these names, each None where it does not work: 'py_landlock', 'pyseccomp'."""
-    found = []
+    found: list[ModuleType | None] = []
     search = ctypes.util.find_library
     # pyseccomp looks for its library with the help of other programs, which takes longer than all the rest.
     ctypes.util.find_library = lambda name: f"lib{name}.so.2" if name == "seccomp" else search(name)
@@ -175,7 +179,7 @@ def _seccomp(pyseccomp):
     rules.load()
 
 
-def usable():
+def usable() -> dict[str, bool]:
     """Which of the two packages work here: {'landlock': bool, 'seccomp': bool}."""
     py_landlock, pyseccomp = load("py_landlock", "pyseccomp")
     found = {"landlock": False, "seccomp": False}

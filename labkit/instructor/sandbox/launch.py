@@ -1,5 +1,6 @@
 """How a worker process is shut in: the ways there are, and the command that starts one."""
 
+import contextlib
 import os
 import shutil
 import signal
@@ -8,6 +9,7 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, Any
 
 from . import cgroup
 
@@ -32,28 +34,17 @@ class Sandbox:
     group: bool = False
     seccomp: bool = True
 
-    def start(self, seconds):
-        """A new worker process, its scratch folder and what it has to be told to confine itself."""
+    def start(self, seconds: float) -> "Process":
+        """A new worker process, with `seconds` of the processor for all that it does."""
         inside = "/tmp" if self.way == "bubblewrap" else ""
         scratch = tempfile.mkdtemp(prefix="labkit-work-") if not inside else ""
         uid = NOBODY if hasattr(os, "geteuid") and os.geteuid() == 0 else None
         if uid is not None and scratch:
             os.chown(scratch, uid, uid)
         needs = ["py_landlock"] * (self.way == "landlock") + ["pyseccomp"] * self.seccomp
-        code = f"import sys; sys.path.insert(0, {self.runtime!r}); from labkit.instructor.sandbox.worker import main; main(*{needs})"
+        begin = f"import sys; sys.path.insert(0, {self.runtime!r}); "
+        code = begin + f"from labkit.instructor.sandbox.worker import main; main(*{needs})"
         command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
-        environment = {
-            "PATH": "/usr/bin:/bin",
-            "LANG": "C.UTF-8",
-            "HOME": inside or scratch,
-            "TMPDIR": inside or scratch,
-            "MPLBACKEND": "Agg",
-            "MPLCONFIGDIR": inside or scratch,
-            # More threads than one would stay outside the limits that a thread sets itself.
-            "OPENBLAS_NUM_THREADS": "1",
-            "OMP_NUM_THREADS": "1",
-            "MKL_NUM_THREADS": "1",
-        }
         if self.way == "bubblewrap":
             command = bubblewrap(self.runtime, uid is not None) + command
         group = cgroup.make() if self.group else None
@@ -64,7 +55,7 @@ class Sandbox:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=environment,
+            env=environment(inside or scratch),
             cwd="/",
             start_new_session=True,
             bufsize=0,
@@ -82,24 +73,37 @@ class Sandbox:
 
 @dataclass
 class Process:
-    """A worker that runs: its pipes, and how to be rid of it."""
+    """A worker that runs: its pipes, and how to be rid of it.
+
+    limits: what `confine` is told in it;  group: the folder of its cgroup, or None.
+    """
 
     process: subprocess.Popen
     scratch: str
-    limits: dict
+    limits: dict[str, Any]
     group: str | None = None
 
-    def end(self):
+    @property
+    def requests(self) -> IO[bytes]:
+        """Where frames go in."""
+        assert self.process.stdin is not None
+        return self.process.stdin
+
+    @property
+    def answers(self) -> IO[bytes]:
+        """Where frames come out."""
+        assert self.process.stdout is not None
+        return self.process.stdout
+
+    def end(self) -> None:
         """Kill it with all that it started, and remove its traces."""
         try:
             os.killpg(self.process.pid, signal.SIGKILL)
         except (ProcessLookupError, PermissionError):
             self.process.kill()
-        for stream in (self.process.stdin, self.process.stdout):
-            try:
+        for stream in (self.requests, self.answers):
+            with contextlib.suppress(OSError):
                 stream.close()
-            except OSError:
-                pass
         self.process.wait()
         if self.group:
             cgroup.remove(self.group)
@@ -107,18 +111,26 @@ class Process:
             shutil.rmtree(self.scratch, ignore_errors=True)
 
 
-def readable(runtime):
+def environment(home: str) -> dict[str, str]:
+    """All that a worker sees of the environment; home: the folder that it may write to."""
+    # More threads than one would stay outside the limits that a thread sets itself.
+    one = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    folders = dict.fromkeys(("HOME", "TMPDIR", "MPLCONFIGDIR"), home)
+    return {"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "MPLBACKEND": "Agg", **folders, **one}
+
+
+def readable(runtime: str) -> list[str]:
     """Folders that Python and the student's imports need, each once and without its own subfolders."""
     wanted = [*SYSTEM, sys.prefix, sys.base_prefix, os.path.realpath(sys.base_prefix), runtime]
     wanted += [os.path.dirname(os.path.realpath(sys.executable))]
-    found = []
+    found: list[str] = []
     for path in sorted(set(map(os.path.abspath, wanted)), key=len):
         if os.path.exists(path) and not any(path.startswith(f"{top}/") for top in found):
             found.append(path)
     return found
 
 
-def bubblewrap(runtime, root):
+def bubblewrap(runtime: str, root: bool) -> list[str]:
     """The start of a command line that runs the rest of it with its own namespaces and nothing to write."""
     command = [shutil.which("bwrap") or "bwrap", "--die-with-parent", "--new-session", "--unshare-net"]
     command += ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--cap-drop", "ALL"]
@@ -138,7 +150,7 @@ def bubblewrap(runtime, root):
     return command + ["--chdir", "/tmp", "--"]
 
 
-def make_runtime(folder):
+def make_runtime(folder: str | Path) -> str:
     """Copy what a worker imports of this package into `folder`; returns its path."""
     kit = Path(__file__).resolve().parents[2]
     target = Path(folder) / "labkit"

@@ -29,14 +29,14 @@ class Found:
 
     way: str
     sandbox: Sandbox | None
-    held: frozenset = frozenset()
+    held: frozenset[str] = frozenset()
     why: str = ""
 
 
-def find(runtime):
-    """A Found for each way, the best first. runtime: see sandbox.make_runtime."""
+def find(runtime: str) -> list[Found]:
+    """A Found for each way, the best first. runtime: see launch.make_runtime."""
     can = usable()
-    ways = []
+    ways: list[tuple[str, Sandbox | None, str]] = []
     if shutil.which("bwrap"):
         if cgroup.parent():
             ways.append(("bubblewrap + cgroup", Sandbox("bubblewrap", runtime, group=True, seccomp=can["seccomp"]), ""))
@@ -76,7 +76,7 @@ def _open_to_all(path):
     return all(os.stat(p).st_mode & 0o005 == 0o005 for p in [Path(path), *Path(path).parents])
 
 
-def try_out(sandbox):
+def try_out(sandbox: Sandbox) -> frozenset[str]:
     """The promises of probe.PROMISES that this sandbox keeps."""
     with _targets() as targets, _secret():
         channel = Channel(sandbox, 60)

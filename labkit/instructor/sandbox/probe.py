@@ -3,6 +3,8 @@
 import os
 import socket
 import sys
+from collections.abc import Set
+from pathlib import Path
 
 PROMISES = {
     "files": "cannot read files outside its sandbox",
@@ -26,7 +28,7 @@ LEVEL_2 = set(PROMISES) - {"alone"}
 LEVEL_3 = set(PROMISES)
 
 
-def level(held, group=False):
+def level(held: Set[str], group: bool = False) -> int | None:
     """The sandbox level of a set of promises that held, or None if no answer could run."""
     if not USABLE <= held:
         return None
@@ -35,15 +37,17 @@ def level(held, group=False):
     return 2 if LEVEL_2 <= held else 1 if LEVEL_1 <= held else 0
 
 
-def inside(canary, folder, tcp, udp, unix, abstract, grader, memory):
+def inside(
+    canary: str, folder: str, tcp: int, udp: int, unix: str, abstract: str, grader: int, memory: int
+) -> dict[str, bool]:
     """Run in the worker: {promise: whether it held}.
 
     canary: a file of the grader's;  folder: one of the grader's that all may write;  tcp, udp: ports on
     127.0.0.1;  unix, abstract: names of local sockets;  grader: its process number;  memory: the cap.
     """
     tries = {
-        "files": lambda: open(canary).read(),
-        "write": lambda: open(os.path.join(folder, "from-inside"), "w"),
+        "files": Path(canary).read_bytes,
+        "write": lambda: Path(folder, "from-inside").write_text("x"),
         "fork": _fork,
         "signal": lambda: os.kill(grader, 0),
         "tcp": lambda: socket.socket(socket.AF_INET).connect(("127.0.0.1", tcp)),
@@ -77,8 +81,7 @@ def _fork():
 
 
 def _scratch():
-    with open("probe.txt", "w") as file:
-        file.write("x")
+    Path("probe.txt").write_text("x")
     os.remove("probe.txt")
 
 
