@@ -4,20 +4,30 @@ In the solution notebook the cells run on the solution itself; when a class is g
 on what stands for a student's objects, see `labkit.instructor.exam.kernel`.
 """
 
+import warnings
 import zlib
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
 from ... import checks, log
+<<<<<<< HEAD
 from ...checks import CheckError, trace as subjects
+=======
+from ...checks import CheckError
+>>>>>>> 403d159 (WIP)
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
+from ...checks.trace import OddResultError, Stop, Trace, as_value, run
+from ...geometry import Array
+from ...log import History
 from ...notebook.read import read
 from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
-from ..sandbox.channel import WorkerLostError
-from ..sandbox.proxy import Stand
+from ..sandbox.channel import StudentCodeError, WorkerLostError
+from ..sandbox.proxy import Stand, Student
 from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,24 +39,27 @@ INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker m
 
 
 class Exam:
-    """The examination of one lab; `seed` and `student` decide what is drawn."""
+    """What one lab asks; `seed`, `student` and `current`, the check's cell, decide what is drawn.
 
-    def __init__(self, lab):
+    lab: its name, '01_cartesian_ekf'. Raises CommandError if there is no solution of it.
+    """
+
+    def __init__(self, lab: str) -> None:
         if not (ROOT / "solutions" / f"{lab}.ipynb").is_file():
             raise CommandError(f"There is no solutions/{lab}.ipynb: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
-        self.keep = lambda **arrays: None  # where the figure's data go
+        self.keep: Callable[..., None] = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
         forms = [right.form for check in self._definitions for right in check.right if right.other]
         self._source = answers(read(ROOT / "solutions" / f"{lab}.ipynb"), forms)
-        self._accepted = {}
+        self._accepted: dict[str, list] = {}
 
-    def rng(self, draw=""):
+    def rng(self, draw: str = "") -> np.random.Generator:
         """A random generator of this student's for this check; the same each time it is asked for."""
         words = [zlib.crc32(text.encode()) for text in (self.student, self.current, draw)]
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=words))
 
-    def right(self, name):
+    def right(self, name: str) -> list:
         """The accepted forms of the answer `name`: the solution's own first."""
         if name not in self._accepted:
             others = [
@@ -59,7 +72,7 @@ class Exam:
             self._accepted[name] = [build(self._source, form, name) for form in [(), *others]]
         return self._accepted[name]
 
-    def same(self, function, calls, what="other inputs"):
+    def same(self, function: Callable | Stand, calls: Sequence[Sequence], what: str = "other inputs") -> None:
         """Fail unless `function` gives what the solution gives for each of `calls`, tuples of arguments.
 
         Arrays among the arguments are float arrays; results are numbers, arrays, texts or pairs of them.
@@ -72,62 +85,70 @@ class Exam:
             if min(gaps) > 1:
                 self.fail(f"`{name}` gives another result for {what} ({where}).")
 
-    def same_run(self, KF, record, what="on this run", **options):
+    def same_run(self, KF: type | Stand, record: Any, what: str = "on this run", **options: Any) -> History:
         """Fail unless the filter estimates what the solution's does over a whole log; returns its History.
 
-        options: Q, R, x0, P0, noise as `labkit.make_filter` takes them.
+        record: a Log of any lab;  options: what `labkit.make_filter` takes for it.
         """
         mine = self.history(KF, record, **options)
-        far = [_first_gap(mine, self._run(right, record, options)) for right in self.right(KF.__name__)]
-        if None not in far:
-            step, apart = max(far)
+        gaps = [_first_gap(mine, _run(right, record, options)) for right in self.right(KF.__name__)]
+        if None not in gaps:
+            step, apart = max(filter(None, gaps))
             start = "from the start" if step == 0 else f"from step {step} of {len(record)} on"
             size = f", by {apart:.2g} m" if np.isfinite(apart) else ""
             self.fail(f"Your filter's estimate {what} differs from the right one {start}{size}.")
         return mine
 
-    def history(self, KF, record, secret=True, **options):
-        """The History of a student's (or the solution's) filter class over a log."""
+    def history(self, KF: type | Stand, record: Any, secret: bool = True, **options: Any) -> History:
+        """The History of a student's (or the solution's) filter class over a log; as `same_run`."""
         if not isinstance(KF, Stand):
-            return self._run(KF, record, options)
-        n, steps = len(np.atleast_1d(options.get("x0", log.START))), len(record)
-        shapes = {"x": (steps + 1, n), "P": (steps + 1, n, n), "x_prior": (steps, n), "P_prior": (steps, n, n)}
-        answer = KF.replay(record, secret=secret, **options)
+            return _run(KF, record, options)
+        mean, steps = np.shape(np.atleast_1d(options.get("x0", log.START))), len(record)
+        size = int(np.prod(mean))
+        x, P = (steps, *mean), (steps, size, size)
+        shapes = {"x": (steps + 1, *mean), "P": (steps + 1, size, size), "x_prior": x, "P_prior": P}
+        answer = KF.replay(record, options, secret)
         for field, shape in shapes.items():
             array = answer.get(field)
             if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
                 self.fail("Your filter's estimate is not made of finite numbers.")
             if array.shape != shape:
-                self.fail(f"Your filter's estimate has another shape than ({n},) and ({n}, {n}).")
-        return log.History(record.times, **{field: answer[field] for field in shapes}, R=None)
+                self.fail(f"Your filter's estimate has another shape than {mean} and ({size}, {size}).")
+        return History(record.times, **{field: answer[field] for field in shapes}, R=None)
 
-    def figure(self, KF, record, **options):
+    def figure(self, KF: type | Stand, record: log.Log, **options: Any) -> None:
         """Keep the student's run over a log that all may know, for the picture on the feedback page."""
         if isinstance(KF, Stand):
-            run = self.history(KF, record, secret=False, **options)
+            mine = self.history(KF, record, secret=False, **options)
             self.keep(
                 times=record.times,
-                x=run.x[:, :2],
-                P=run.P[:, :2, :2],
-                truth=record.truth[:, :2],
+                x=mine.x[:, :2],
+                P=mine.P[:, :2, :2],
+                truth=np.asarray(record.truth)[:, :2],
                 landmarks=record.map.positions,
             )
 
-    def curve(self, function, calls, times, bounds, label):
-        """Keep a student's values along a run that all may know, for the picture on the feedback page."""
+    def curve(
+        self, function: Callable | Stand, calls: Sequence[Sequence], times: Array, bounds: Sequence[float], label: str
+    ) -> None:
+        """Keep a student's values (N,) along a run that all may know, for the picture on the feedback page.
+
+        times (N,) [s];  bounds: between which the values should be;  label: of their axis.
+        """
         if isinstance(function, Stand):
             values = [np.asarray(value, dtype=float) for value in function.map(calls, secret=False)]
             if all(value.shape == () for value in values):
                 self.keep(x=times, values=np.array(values), bounds=np.asarray(bounds), label=np.array(label))
 
-    def fail(self, sentence):
-        """Give no points, for this reason; it must not tell the inputs."""
+    def fail(self, sentence: str) -> NoReturn:
+        """Give no points, for this reason, which must not tell the inputs: raises CheckError."""
         raise CheckError(self.current or "check", sentence)
 
-    def check(self, name, subject):
+    def check(self, name: str, subject: Any) -> None:
         """`labkit.check` of a student's object: the notebook's own inputs, then others of the same kind."""
         if not isinstance(subject, Stand):
-            return checks.check(name, subject)
+            checks.check(name, subject)
+            return
         data = checks.stored(name)
         passed, _ = self._judge(data, subject)
         self._judge_drawn(data, subject)
@@ -139,7 +160,7 @@ class Exam:
             raise answer
         return checks.decide(data, _traces(data, answer))
 
-    def _public(self, student):
+    def _public(self, student: Student) -> dict[str, Any]:
         """What the student's objects do on the inputs of all the notebook's own checks.
 
         Asked for at once, of a process that has seen nothing secret yet: what it says may be shown.
@@ -153,7 +174,8 @@ class Exam:
                     stand = student.find(check.subject)
                     student.public[check.name] = stand.observe(_inputs(checks.stored(check.name)), secret=False)
                 except FilterError as error:
-                    error.public = True
+                    if isinstance(error, StudentCodeError):
+                        error.public = True
                     student.public[check.name] = error
         return student.public
 
@@ -161,7 +183,7 @@ class Exam:
         scenarios = [variant(s, self.rng(s["id"])) for s in data["scenarios"] if "advice" not in s]
         others = {**data, "scenarios": scenarios}
         for s in scenarios:
-            runs = [subjects.run(right, data["kind"], s) for right in self.right(data["subject"])]
+            runs = [run(right, data["kind"], s) for right in self.right(data["subject"])]
             s["right"] = [[trace.steps, None] for trace in runs if not trace.stop]
         others["scenarios"] = [s for s in scenarios if s["right"]]
         try:
@@ -172,7 +194,10 @@ class Exam:
         if wrong:
             self.fail(OTHERS)
 
-    def _run(self, KF, record, options):
+
+def _run(KF, record, options):
+    with warnings.catch_warnings():  # what is printed to stderr would fail the cell
+        warnings.simplefilter("ignore")
         return log.replay(log.make_filter(KF, record, **options), record)
 
 
@@ -199,8 +224,8 @@ def _trace(sent):
     if sent["stop"] is not None:
         key, text, line = sent["stop"]
         call, kind, numbers, message = key
-        stop = subjects.Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
-    return subjects.Trace(steps, stop, str(sent["printed"]))
+        stop = Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
+    return Trace(steps, stop, str(sent["printed"]))
 
 
 def _apart(came, right):
@@ -209,15 +234,15 @@ def _apart(came, right):
         fits = isinstance(came, tuple | list) and len(came) == len(right)
         return max(map(_apart, came, right)) if fits else np.inf
     try:
-        return gap_of(subjects.as_value(came, "the result"), subjects.as_value(right, "the result"))
-    except subjects.OddResultError:
+        return gap_of(as_value(came, "the result"), as_value(right, "the result"))
+    except OddResultError:
         return np.inf
 
 
 def _first_gap(mine, right):
-    """(first step that differs, largest distance of the means [m]), or None where the two agree."""
+    """(first step that differs, largest distance of the positions [m]), or None where the two agree."""
     pairs = [(mine.x, right.x), (mine.P, right.P)]
     if all(gap_of(a, b) <= 1 for a, b in pairs):
         return None
     wrong = [k for k in range(len(mine.x)) if any(gap_of(a[k], b[k]) > 1 for a, b in pairs)]
-    return (wrong or [0])[0], float(np.linalg.norm(mine.x - right.x, axis=1).max())
+    return (wrong or [0])[0], float(np.linalg.norm((mine.x - right.x)[..., :2], axis=-1).max())

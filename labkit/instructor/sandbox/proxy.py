@@ -6,12 +6,17 @@ and filter to an instructor's check cell.
 
 import time
 from collections import Counter
+from collections.abc import Sequence
+from typing import Any
 
-import numpy as np
-
+from ...checks import Data
 from ...checks.feedback import FilterError
+<<<<<<< HEAD
 from ...log import START as START_MEAN, START_COV
+=======
+>>>>>>> 403d159 (WIP)
 from .channel import SPOILT, Channel, WorkerLostError
+from .launch import Sandbox
 
 CALL = 10  # seconds for the answer to one call
 TOTAL = 60  # seconds for all calls of one student
@@ -22,20 +27,31 @@ USED_UP = "This check was left out: your code had used up its time in the checks
 class Student:
     """One student's code in its worker, started anew when it is lost.
 
-    cells: what `do_load` runs, as dictionaries;  wanted: the names that the checks ask for.
+    cells: what `do_load` runs, as dictionaries;  wanted: the names that the checks ask for;  spare: a worker that waits
+    already;  call, total: seconds for one call, and for all.
     """
 
-    def __init__(self, sandbox, cells, wanted, spare=None, call=CALL, total=TOTAL):
+    def __init__(
+        self,
+        sandbox: Sandbox,
+        cells: Sequence[dict[str, Any]],
+        wanted: Sequence[str],
+        spare: Channel | None = None,
+        call: float = CALL,
+        total: float = TOTAL,
+    ) -> None:
         self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
-        self.call, self.total, self.left, self.hangs = call, total, float(total), Counter()
-        self.stuck = {}  # what was said when that happened
+        self.call, self.total, self.left = call, total, float(total)
+        self.hangs: Counter[str] = Counter()
+        self.stuck: dict[str, WorkerLostError] = {}  # what was said when that happened
         self.channel = spare
-        self.kinds, self.problems = {}, []
+        self.kinds: dict[str, Any] = {}
+        self.problems: list[dict] = []
         self.loaded, self.why_lost = False, ""
         self.tainted = False  # whether this process has seen what its student must not
-        self.public = None  # what it said before, on inputs that its student knows
+        self.public: dict[str, Any] | None = None  # what it said before, on inputs that its student knows
 
-    def load(self):
+    def load(self) -> None:
         """Run the student's cells in a fresh worker. Raises WorkerLostError."""
         if self.loaded:
             return
@@ -57,7 +73,7 @@ class Student:
         self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
         self.loaded = True
 
-    def ask(self, about, secret=False, **request):
+    def ask(self, about: str, secret: bool = False, **request: Any) -> dict[str, Any]:
         """The answer to a request. Raises FilterError.
 
         about: the student's object that it is about;  secret: whether it holds what the student must not see.
@@ -72,7 +88,7 @@ class Student:
             self._drop()
             raise
 
-    def renew(self):
+    def renew(self) -> None:
         """Forget the process, so that the next request goes to one that has seen nothing."""
         self._drop()
 
@@ -93,11 +109,12 @@ class Student:
             self.channel.end()
         self.channel, self.loaded = None, False
 
-    def end(self):
+    def end(self) -> None:
+        """Be rid of its worker."""
         self._drop()
 
-    def find(self, name):
-        """What stands for the student's object of that name in a check cell. Raises WorkerLostError if there is none."""
+    def find(self, name: str) -> "Stand":
+        """What stands for the student's object of that name in a check cell. Raises MissingAnswerError."""
         self.load()
         if name not in self.kinds:
             raise MissingAnswerError(name, self.problems)
@@ -107,60 +124,47 @@ class Student:
 class MissingAnswerError(WorkerLostError):
     """The student's notebook has run, but a name that is to be checked is not there."""
 
-    def __init__(self, name, problems):
+    def __init__(self, name: str, problems: Sequence[dict]) -> None:
         super().__init__(f"`{name}` is not there after your notebook has run.")
-        self.lines_of_problems = [
-            f"{str(p.get('place'))[:80]}: {str(line)[:300]}"
-            for p in problems[:3]
-            for line in (p.get("lines") if isinstance(p.get("lines"), list) else [])[:3]
-        ]
+        self.lines_of_problems = []
+        for problem in problems[:3]:
+            place, lines = str(problem.get("place"))[:80], problem.get("lines")
+            self.lines_of_problems += (
+                [f"{place}: {str(line)[:300]}" for line in lines[:3]] if isinstance(lines, list) else []
+            )
 
 
 class Stand:
     """Looks like the student's function or class. `secret`: whether the inputs must not reach the student."""
 
-    def __init__(self, student, name):
+    def __init__(self, student: Student, name: str) -> None:
         self.student, self.__name__ = student, name
 
-    def __call__(self, *args, **options):
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """What the student's function gives, or what stands for an object of the class."""
         request = {"name": self.__name__, "args": list(args), "options": options}
         if self.student.kinds.get(self.__name__) != "type":
             return self.student.ask(self.__name__, do="call", secret=True, **request).get("value")
         made = self.student.ask(self.__name__, do="make", secret=True, **request).get("made")
         return StandFilter(self.student, self.__name__, made)
 
-    def map(self, calls, secret=True):
-        """The results of several calls, each a tuple of arguments, in one request."""
+    def map(self, calls: Sequence[Sequence], secret: bool = True) -> list:
+        """The results of several calls, each a tuple of arguments, in one request. Raises FilterError."""
         request = {"name": self.__name__, "calls": [list(args) for args in calls]}
         values = self.student.ask(self.__name__, do="map", secret=secret, **request).get("values")
         if not isinstance(values, list) or len(values) != len(calls):
             raise WorkerLostError(SPOILT)
         return values
 
-    def replay(self, log, Q=None, R=None, x0=START_MEAN, P0=START_COV, noise=None, secret=True):
-        """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along."""
-        fields = ("times", "controls", "seen_step", "seen_id", "seen", "map", "sensor", "frame")
-        sent = {name: getattr(log, name) for name in fields}
-        more = {
-            "x0": np.asarray(x0, float),
-            "P0": np.asarray(P0, float),
-            "noise": noise,
-            "complete": getattr(log, "complete", None),
-        }
-        if noise is None:
-            more["Q"], more["R"] = (
-                np.asarray(own if own is not None else of_log, float) for own, of_log in ((Q, log.Q), (R, log.R))
-            )
-        return self.student.ask(self.__name__, do="replay", secret=secret, name=self.__name__, log_fields=sent, **more)
+    def replay(self, record: Any, options: dict[str, Any], secret: bool = True) -> dict[str, Any]:
+        """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along.
 
-    def replay_team(self, log, x0, P0, noise, options):
-        """{x, P, x_prior, P_prior} of the student's filter over a whole TeamLog, in one call; no truth goes along."""
-        fields = ("times", "controls", "seen_step", "seen_id", "seen")
-        members = [{name: getattr(one, name) for name in fields} for one in log.logs]
-        sent = {"members": members, "ids": list(log.ids), "x0": x0, "P0": P0, "noise": noise, "options": options}
-        return self.student.ask(self.__name__, do="replay_team", secret=True, name=self.__name__, **sent)
+        options: of `labkit.make_filter`.
+        """
+        request = {"name": self.__name__, "record": record, "options": options}
+        return self.student.ask(self.__name__, do="replay", secret=secret, **request)
 
-    def observe(self, data, secret):
+    def observe(self, data: Data, secret: bool) -> dict[str, Any]:
         """The answer of `do_observe`: what the object does on a check's inputs."""
         return self.student.ask(self.__name__, do="observe", secret=secret, name=self.__name__, data=data)
 
@@ -168,12 +172,12 @@ class Stand:
 class StandFilter:
     """Looks like one object of the student's class."""
 
-    def __init__(self, student, name, made):
+    def __init__(self, student: Student, name: str, made: Any) -> None:
         object.__setattr__(self, "_student", student)
         object.__setattr__(self, "_name", name)
         object.__setattr__(self, "_made", made)
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
         if name in ("predict", "update"):

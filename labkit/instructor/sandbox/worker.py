@@ -6,15 +6,17 @@ believed: the grader compares numbers, and a worker that answers nonsense has on
 
 import os
 import sys
-import warnings
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
+from io import TextIOBase
+from typing import Any
 
 import numpy as np
 
-from ... import checks, log, metrics, team, world  # noqa: F401 - warm for the student
+from ... import checks, log, metrics  # noqa: F401 - metrics are warm for the student
 from ...checks import feedback
-from ...legged.robot import FieldLog
-from ...notebook import read as notebook
+from ...checks.trace import Trace
+from ...notebook.read import Cell
 from ...notebook.session import Session
 from . import probe, wire
 from .confine import confine, load
@@ -22,7 +24,7 @@ from .confine import confine, load
 TEXT = 2000  # characters of anything that is only for reading
 
 
-def main(*packages):
+def main(*packages: str) -> None:
     """Serve the grader until it hangs up. packages: what confining will need, loaded before anyone waits."""
     load(*packages)
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
@@ -46,28 +48,32 @@ def main(*packages):
 
 
 class Worker:
-    """What the grader can ask for; each method gets the request's fields."""
+    """What the grader can ask for, in requests of data and objects of a kind; answers are data."""
 
-    def __init__(self):
-        self.names, self.made = {}, []
+    def __init__(self) -> None:
+        self.names: dict[str, Any] = {}  # of the student's notebook
+        self.made: list[Any] = []  # objects of the student's classes, which the grader knows by their number
 
-    def answer(self, request):
+    def answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """The answer to {"do": what, ...}: of the method `do_<what>`, which gets the other fields."""
         request = dict(request)
         with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"):
             return getattr(self, f"do_{request.pop('do')}")(**request)
 
-    def do_confine(self, **limits):
+    def do_confine(self, **limits: Any) -> dict[str, Any]:
+        """Limit this process for good, as `confine.confine` says."""
         confine(**limits)
         os.chdir(limits["scratch"])
         sys.path[:] = [p for p in sys.path if p]
         return {"ready": True}
 
-    def do_probe(self, **targets):
+    def do_probe(self, **targets: Any) -> dict[str, bool]:
+        """Try to break out, as `probe.inside` says."""
         return probe.inside(**targets)
 
-    def do_load(self, cells, wanted):
+    def do_load(self, cells: Sequence[Mapping[str, Any]], wanted: Sequence[str]) -> dict[str, Any]:
         """Run the cells; tell which of the wanted names are there now and what each is."""
-        session = Session([notebook.Cell(**cell) for cell in cells], wanted=wanted)
+        session = Session([Cell(**cell) for cell in cells], wanted=wanted)
         self.names = session.names
         problems = [
             {"place": event.where, "lines": [str(line)[:TEXT] for line in event.lines[:6]]}
@@ -77,7 +83,7 @@ class Worker:
         kinds = {name: type(self.names[name]).__name__ for name in wanted if name in self.names}
         return {"kinds": kinds, "problems": problems[:20]}
 
-    def do_observe(self, name, data):
+    def do_observe(self, name: str, data: checks.Data) -> dict[str, Any]:
         """What `checks.observe` sees of the object: a list of traces, or why there are none."""
         try:
             traces = checks.observe(data, self.names[name])
@@ -85,56 +91,48 @@ class Worker:
             return {"told": error.summary[:TEXT], "lines": [str(line)[:TEXT] for line in error.details[:6]]}
         return {"traces": {id: _trace(trace) for id, trace in traces.items()}}
 
-    def do_call(self, name, args, options):
+    def do_call(self, name: str, args: Sequence, options: Mapping[str, Any]) -> dict[str, Any]:
+        """What a function gives."""
         return {"value": self.names[name](*args, **options)}
 
-    def do_make(self, name, args, options):
+    def do_make(self, name: str, args: Sequence, options: Mapping[str, Any]) -> dict[str, int]:
+        """Make an object of a class and keep it; its number."""
         self.made.append(self.names[name](*args, **options))
         return {"made": len(self.made) - 1}
 
-    def do_map(self, name, calls):
+    def do_map(self, name: str, calls: Sequence[Sequence]) -> dict[str, list]:
+        """What a function gives for each of several tuples of arguments."""
         return {"values": [self.names[name](*args) for args in calls]}
 
-    def do_method(self, made, method, args, options):
+    def do_method(self, made: int, method: str, args: Sequence, options: Mapping[str, Any]) -> dict[str, Any]:
+        """What a method of an object gives."""
         return {"value": getattr(self.made[made], method)(*args, **options)}
 
-    def do_get(self, made, name):
+    def do_get(self, made: int, name: str) -> dict[str, Any]:
+        """A field of an object."""
         return {"value": getattr(self.made[made], name)}
 
-    def do_replay(self, name, log_fields, x0, P0, Q=None, R=None, noise=None, complete=None):
-        fields = {**log_fields, "seen_id": np.asarray(log_fields["seen_id"])}
-        record = log.Log(**fields) if complete is None else FieldLog(**fields, complete=complete)
-        history = log.replay(log.make_filter(self.names[name], record, Q, R, x0, P0, noise), record)
-        return _believed(history)
-
-    def do_replay_team(self, name, members, ids, x0, P0, noise, options):
-        logs = [log.Log(**fields, map=world.Map(), sensor="rb", frame="robot") for fields in members]
-        kf = self.names[name](x0, P0, noise, **options)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", team.FrameWarning)
-            return _believed(log.replay(kf, team.TeamLog(tuple(logs), tuple(ids))))
+    def do_replay(self, name: str, record: Any, options: Mapping[str, Any]) -> dict[str, np.ndarray]:
+        """Run a filter over a log; options: of `make_filter`."""
+        history = log.replay(log.make_filter(self.names[name], record, **options), record)
+        fields = ("x", "P", "x_prior", "P_prior")
+        return {field: np.asarray(getattr(history, field), dtype=float) for field in fields}
 
 
-class Sink:
+class Sink(TextIOBase):
     """Takes what a student prints and keeps none of it."""
 
-    def write(self, text):
+    def write(self, text: str) -> int:
+        """As of any file."""
         return len(text)
 
-    def flush(self):
-        pass
 
-
-def _believed(history):
-    return {field: getattr(history, field) for field in ("x", "P", "x_prior", "P_prior")}
-
-
-def _trace(trace):
+def _trace(trace: Trace) -> dict[str, Any]:
     stop = trace.stop and [trace.stop.key, str(trace.stop.text)[:TEXT], str(trace.stop.line)[:TEXT]]
     return {"steps": trace.steps, "stop": stop, "printed": trace.printed[-TEXT:]}
 
 
-def failure(error):
+def failure(error: BaseException) -> dict[str, Any]:
     """An exception as data: its type, where in the student's cells it was, and what it says."""
     root = error.__cause__ if isinstance(error, feedback.FilterError) and error.__cause__ else error
     place, tb = None, root.__traceback__

@@ -13,12 +13,21 @@ from labkit.checks import CheckError
 from labkit.checks.feedback import FilterError
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
+<<<<<<< HEAD
 from labkit.instructor.exam import paper, pool as run
+=======
+from labkit.instructor.exam import paper, pool
+>>>>>>> 403d159 (WIP)
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.team import TeamExam
 from labkit.instructor.intake import submission
 from labkit.instructor.records import ERROR, PASSED
+<<<<<<< HEAD
 from labkit.instructor.sandbox import launch as sandbox, levels, proxy
+=======
+from labkit.instructor.sandbox import levels, proxy
+from labkit.instructor.sandbox.launch import make_runtime
+>>>>>>> 403d159 (WIP)
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
 
@@ -36,22 +45,22 @@ def box(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runtime")
     for path in (folder, folder.parent, folder.parent.parent):
         path.chmod(0o755)
-    found = [one.sandbox for one in levels.find(sandbox.make_runtime(folder)) if one.sandbox]
+    found = [one.sandbox for one in levels.find(make_runtime(folder)) if one.sandbox]
     return max(found, key=lambda one: one.level)
 
 
 @pytest.fixture(scope="module")
 def marks(box):
     """A function of notebooks, {name: dictionary}, and a paper: {name: {check: mark}}, by a process that stays."""
-    with run.Local(1) as here:
+    with pool.Local(1) as here:
 
         def grade(books, sheet, seed=1, time=TIME):
             names, jobs = list(books), []
             for number, name in enumerate(names):
                 work = submission.assemble(sheet.released, cells_of(books[name]))
-                jobs.append(run.Job(number, name, work.cells, work.sources))
+                jobs.append(pool.Job(number, name, work.cells, work.sources))
             found = {name: {} for name in names}
-            for kind, id, item in here.grade(run.Room(sheet, seed, run.way(box), time), jobs):
+            for kind, id, item in here.grade(pool.Room(sheet, seed, pool.way(box), time), jobs):
                 if kind == "mark":
                     found[names[id]][item["check"]] = item
             return found
@@ -247,7 +256,7 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
         log = simulate(Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25)
         mine = replay(make_filter(own, log), log)
         stepped = replay(make_filter(KF, log), log)
-        whole = KF.replay(log)
+        whole = KF.replay(log, {})
         for name in ("x", "P", "x_prior", "P_prior"):
             # Their sums may be in another order, on another number of threads.
             np.testing.assert_allclose(getattr(stepped, name), getattr(mine, name), atol=1e-12)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import labkit
+from labkit import Landmark, Map
 from labkit.checks import CheckError, judge
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.variants import variant
@@ -17,16 +18,22 @@ from helpers.inside import Inside
 
 CURRENT = """
 from dataclasses import dataclass
+from labkit import Log
 
 @dataclass
 class Current:
     "A stream that carries a boat away."
     speed: float
     towards: tuple
+
+@dataclass(frozen=True)
+class BoatLog(Log):
+    "A Log that knows how deep the water was."
+    depth: float = 1.0
 """
 KINDS = """
-from labkit.checks.kinds import Kind
-from . import Current
+from labkit.checks.kinds import Kind, run
+from . import BoatLog, Current
 
 def watch(current):
     speed = current.speed
@@ -41,7 +48,8 @@ KINDS = {
         cls=Current,
         send=lambda current: [current.speed, current.towards],
         receive=lambda data: Current(*data),
-    )
+    ),
+    "log": run(BoatLog, "depth"),
 }
 """
 FORCE = {"toy.current": [2.0, 0.6, 0.8]}
@@ -53,6 +61,17 @@ class Boat:
 
     def predict(self, t):
         self.x = self.x + self.current.speed * t * np.array(self.current.towards)
+"""
+DRIFTER = """
+class Drifter:
+    def __init__(self, x0, P0, m, current):
+        self.xk_k, self.Pk_k, self.current = x0, P0, current
+
+    def predict(self, u):
+        self.xk_k = self.xk_k + u + self.current.speed * np.array(self.current.towards)
+
+    def update(self, y):
+        self.Pk_k = self.Pk_k / (1 + len(y))
 """
 
 
@@ -120,9 +139,9 @@ def test_its_inputs_are_varied(toy):
 def student(toy):
     cells = [
         {"number": 1, "id": "setup", "role": "setup", "code": True, "source": "import numpy as np"},
-        {"number": 2, "id": "answer", "role": "answer", "code": True, "source": ANSWER + BOAT},
+        {"number": 2, "id": "answer", "role": "answer", "code": True, "source": ANSWER + BOAT + DRIFTER},
     ]
-    return Student(None, cells, ["drift", "Boat"], spare=Inside())
+    return Student(None, cells, ["drift", "Boat", "Drifter"], spare=Inside())
 
 
 def test_its_answers_are_graded_in_a_worker(student, toy, monkeypatch):
@@ -138,3 +157,22 @@ def test_its_answers_are_graded_in_a_worker(student, toy, monkeypatch):
     boat = student.find("Boat")((1.0, 0.0), toy.Current(2.0, (0.6, 0.8)))
     boat.predict(10.0)
     np.testing.assert_allclose(boat.x, [13.0, 16.0])
+
+
+def test_its_logs_go_to_a_worker_whole_but_for_the_truth(student, toy, monkeypatch):
+    exam = Exam("01_cartesian_ekf")
+    monkeypatch.setitem(exam._accepted, "Drifter", [answer(DRIFTER, "Drifter")])
+    seen = np.array([0, 2]), np.array([0, 0]), np.ones((2, 2))
+    truth = np.zeros((4, 2))
+    log = toy.BoatLog(np.arange(4.0), np.ones((3, 2)), *seen, Map([Landmark((1, 2), 0)]), truth=truth, depth=3.0)
+    told = {"x0": (0.5, 1.0), "P0": np.eye(2), "noise": toy.Current(2.0, (0.6, 0.8))}
+    worker, received = student.channel.inner, []
+    whole = worker.do_replay
+    monkeypatch.setattr(worker, "do_replay", lambda **sent: received.append(sent["record"]) or whole(**sent))
+    mine = exam.same_run(student.find("Drifter"), log, **told)
+    np.testing.assert_allclose(mine.x[-1], (0.5 + 3 * 2.2, 1.0 + 3 * 2.6))
+    (came,) = received
+    assert type(came) is toy.BoatLog and came.depth == 3.0 and came.truth is None
+    exam._accepted["Drifter"] = [answer(DRIFTER.replace("+ u +", "+ 2 * u +"), "Drifter")]
+    with pytest.raises(CheckError, match=r"from step 1 of 3 on, by 4\.2 m"):
+        exam.same_run(student.find("Drifter"), log, **told)
