@@ -171,17 +171,19 @@ def look(path, map, sensor, R, range, rng):
     return {"seen_step": step, "seen_id": ids[which] if len(ids) else which, "seen": values}
 
 
-def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV, noise=None):
+def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV, noise=None, **options):
     """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given.
 
-    noise: for a robot with odometry, whose filters are made as KF(x0, P0, map, noise): see labkit.legged.Noise.
+    noise: for robots with odometry, whose filters are made as KF(x0, P0, map, noise), of a team as KF(x0, P0, noise):
+    see labkit.legged.Noise and labkit.team.TeamNoise.  options: what else the class takes by name.
     """
     if noise is not None:
-        return made(lambda: KF(np.array(x0), np.array(P0), log.map, noise))
+        known = [log.map] if isinstance(log, Log) else []
+        return made(lambda: KF(np.array(x0), np.array(P0), *known, noise, **options))
     Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
     if Q is None or R is None:
         raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
-    return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt))
+    return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt, **options))
 
 
 def made(make: Callable[[], Any]) -> Any:

@@ -1276,15 +1276,9 @@ print("passed")
 # %% id="grade-honest" tags=["hidden"] points=2 title="GroupEKF: honest over several runs (NEES)"
 values = []
 for k in range(6):
-<<<<<<< HEAD
-    log, (x0, P0, told) = watched(exam.rng(f"run {k}"), steps=150)
-    history = exam.team(GroupEKF, log, x0, P0, told, inflate=1.0)
-    values.append(nees_per_dimension(history, log)[10:].mean())
-=======
     log, told = watched(exam.rng(f"run {k}"), steps=150)
     mine = exam.history(GroupEKF, log, **told, inflate=1.0)
-    values.append(nees(mine.x, mine.P, log.truth)[10:].mean())
->>>>>>> 403d159 (WIP)
+    values.append(nees_per_dimension(mine, log)[10:].mean())
 if not 0.3 < np.mean(values) < 2.0:
     exam.fail(
         f"The NEES per dimension is {np.mean(values):.2f} over six runs: about 1 is honest."

@@ -13,11 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ... import checks, log
-<<<<<<< HEAD
-from ...checks import CheckError, trace as subjects
-=======
 from ...checks import CheckError
->>>>>>> 403d159 (WIP)
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
 from ...checks.trace import OddResultError, Stop, Trace, as_value, run
@@ -240,9 +236,13 @@ def _apart(came, right):
 
 
 def _first_gap(mine, right):
-    """(first step that differs, largest distance of the positions [m]), or None where the two agree."""
-    pairs = [(mine.x, right.x), (mine.P, right.P)]
-    if all(gap_of(a, b) <= 1 for a, b in pairs):
+    """(first step that differs, largest distance of the positions [m]), or None where the two agree.
+
+    Means are held against the largest of the run, covariances, which grow and shrink, against their own step's.
+    """
+    far = gap_of(mine.x, right.x) > 1
+    steps = enumerate(zip(mine.x, right.x, mine.P, right.P))
+    wrong = [k for k, (x, due_x, P, due_P) in steps if gap_of(P, due_P) > 1 or (far and gap_of(x, due_x) > 1)]
+    if not far and not wrong:
         return None
-    wrong = [k for k in range(len(mine.x)) if any(gap_of(a[k], b[k]) > 1 for a, b in pairs)]
     return (wrong or [0])[0], float(np.linalg.norm((mine.x - right.x)[..., :2], axis=-1).max())

@@ -11,10 +11,6 @@ from typing import Any
 
 from ...checks import Data
 from ...checks.feedback import FilterError
-<<<<<<< HEAD
-from ...log import START as START_MEAN, START_COV
-=======
->>>>>>> 403d159 (WIP)
 from .channel import SPOILT, Channel, WorkerLostError
 from .launch import Sandbox
 

@@ -13,21 +13,12 @@ from labkit.checks import CheckError
 from labkit.checks.feedback import FilterError
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
-<<<<<<< HEAD
-from labkit.instructor.exam import paper, pool as run
-=======
 from labkit.instructor.exam import paper, pool
->>>>>>> 403d159 (WIP)
 from labkit.instructor.exam.exam import Exam
-from labkit.instructor.exam.team import TeamExam
 from labkit.instructor.intake import submission
 from labkit.instructor.records import ERROR, PASSED
-<<<<<<< HEAD
-from labkit.instructor.sandbox import launch as sandbox, levels, proxy
-=======
 from labkit.instructor.sandbox import levels, proxy
 from labkit.instructor.sandbox.launch import make_runtime
->>>>>>> 403d159 (WIP)
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
 
@@ -200,15 +191,15 @@ def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
 def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
     lab, log = "05_observers", scenarios.cross(rng=1)
     sheet = paper.read(lab)
-    exam = TeamExam(lab)
+    exam = Exam(lab)
     student = proxy.Student(box, submission.assemble(sheet.released, cells_of(filled(lab))).cells, sheet.subjects)
-    told = log.truth[0], 0.01 * np.eye(9), TeamNoise()
+    told = {"x0": log.truth[0], "P0": 0.01 * np.eye(9), "noise": TeamNoise(), "inflate": 2.0}
     try:
         for KF in ("PaperEKF", "GroupEKF"):
-            mine, due = (exam.team(of, log, *told, inflate=2.0) for of in (student.find(KF), exam.right(KF)[0]))
-            for field in ("x", "P", "x_prior", "P_prior"):
-                np.testing.assert_allclose(getattr(mine, field), getattr(due, field), atol=1e-9)
-            assert exam.same_team(student.find(KF), log, *told)
+            came = exam.same_run(student.find(KF), log, **told)
+            due = exam.history(exam.right(KF)[0], log, **told)
+            for name in ("x", "P", "x_prior", "P_prior"):
+                np.testing.assert_allclose(getattr(came, name), getattr(due, name), atol=1e-9)
     finally:
         student.end()
 

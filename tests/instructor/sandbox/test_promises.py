@@ -7,20 +7,13 @@ import re
 import subprocess
 import sys
 import tempfile
-<<<<<<< HEAD
-=======
 import time
 from pathlib import Path
->>>>>>> 403d159 (WIP)
 
 import pytest
 
 from labkit.instructor.records import CommandError
-<<<<<<< HEAD
-from labkit.instructor.sandbox import cgroup, choose as sandboxes, levels, probe
-=======
 from labkit.instructor.sandbox import cgroup, choose, levels, probe
->>>>>>> 403d159 (WIP)
 from labkit.instructor.sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from labkit.instructor.sandbox.launch import INSIDE, Sandbox, make_runtime, readable
 
@@ -141,11 +134,7 @@ def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
         channel.worker.process.kill()
         channel.worker.process.wait()
         with pytest.raises(WorkerLostError, match="ended Python itself"):
-<<<<<<< HEAD
-            ask_on(channel)
-=======
             ask_to_the_end(channel)
->>>>>>> 403d159 (WIP)
         channel.end()
     assert channel.worker.process.poll() is not None
     assert {name for name in os.listdir(base) if name.startswith("labkit-work-")} == before
