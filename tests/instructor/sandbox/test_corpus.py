@@ -90,7 +90,7 @@ def graded(request, tmp_path_factory):
 def labkit(*arguments, **variables):
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1", **variables}
     command = [sys.executable, "-m", "labkit", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=env, timeout=900)
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", env=env)
 
 
 @pytest.mark.parametrize("case", CODE, ids=[case[0] for case in CODE])
