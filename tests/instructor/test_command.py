@@ -24,7 +24,8 @@ RIGHT = 16  # points without the written answers
 
 
 def command(*arguments):
-    return [sys.executable, "-m", "labkit", "grade", *map(str, arguments), "--lab", LAB]
+    """With one process, unless told otherwise: each more of them loads all that grading needs."""
+    return [sys.executable, "-m", "labkit", "grade", "--jobs", "1", *map(str, arguments), "--lab", LAB]
 
 
 # All that these graders start is told from others' by this name, in its command line or its variables.
@@ -113,14 +114,16 @@ def test_killed_twice_it_ends_with_the_same_marks(class_of_20):
     _, folder = class_of_20
     out = folder / "killed"
     for marks in (20, 100):
-        process = subprocess.Popen(command(*options(folder), "--out", out), env=ENV, stdout=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            command(*options(folder), "--jobs", "2", "--out", out), env=ENV, stdout=subprocess.DEVNULL
+        )
         wait_until(lambda: count(out) >= marks or process.poll() is not None)
         assert process.poll() is None
         process.send_signal(signal.SIGKILL)
         process.wait()
         assert not (out / "grades.csv").exists()
     kept = count(out)
-    grade(*options(folder), "--out", out)
+    grade(*options(folder), "--jobs", "2", "--out", out)
     assert rows(out) == rows(folder / "out")
     assert (out / "moodle.csv").read_bytes() == (folder / "out" / "moodle.csv").read_bytes()
     with sqlite3.connect(out / "gradebook.db") as book:
