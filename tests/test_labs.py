@@ -105,6 +105,7 @@ def test_filled_in_labs_pass_and_one_with_a_mistake_fails_at_its_check(filled, c
     assert len([line for line in said if line.startswith("PASS") and "  wrong  " not in line]) >= len(checks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lab", LABS)
 def test_an_unfilled_lab_stops_only_at_its_stubs(lab, tmp_path, monkeypatch):
     for name in LABS:

@@ -153,6 +153,7 @@ def raced(drawn, results):
     return figure, axes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kidnap", [(), 110])
 @pytest.mark.parametrize("count", [1, 3, 10])
 def test_a_race_is_drawn(drawn, kidnap, count):
@@ -166,6 +167,7 @@ def test_a_race_is_drawn(drawn, kidnap, count):
     assert len({line.get_color() for line in axes[0].lines[:count]}) == min(count, 8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("preset", "slower"), [("paper", 1), ("real", 1), ("harsh", 1), ("real", 10)])
 def test_each_contestant_of_a_race_has_its_dot_in_the_picture(drawn, preset, slower):
     shown = [replace(r, seconds=slower * r.seconds) for r in results(preset)]
@@ -179,6 +181,7 @@ def test_each_contestant_of_a_race_has_its_dot_in_the_picture(drawn, preset, slo
     assert not outside
 
 
+@pytest.mark.slow
 def test_as_many_as_recovered_are_drawn_as_recovered(drawn):
     _, axes = raced(drawn, results())
     for line, result in zip(axes[1].lines, results()):
@@ -186,6 +189,7 @@ def test_as_many_as_recovered_are_drawn_as_recovered(drawn):
         assert line.get_ydata()[-1] == pytest.approx(100 * np.mean(steps <= 60)) and line.get_xdata()[-1] == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["paper", "harsh"])
 def test_the_papers_experiments_are_drawn(drawn, preset):
     figure = plt.figure(figsize=(11, 5), layout="constrained")

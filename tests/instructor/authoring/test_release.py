@@ -354,6 +354,7 @@ LEAKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil, told", LEAKS.values(), ids=LEAKS)
 def test_what_gives_answers_away_is_refused(project, tmp_path, spoil, told):
     spoil(project)
