@@ -4,7 +4,7 @@ Source: F. Martín, V. Matellán, P. Barrera, J. M. Cañas, "Localización basad
 de Kalman para robots con patas" (called "the paper" here), and the works that it builds on.
 """
 
-from ..lazy import lazy
+from .. import lazily
 from .field import FIELD, Field
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid
@@ -16,36 +16,12 @@ from .robot import FieldLog, LeggedRobot, Sighting
 from .triangulation import Triangulation
 
 # Drawing and widgets load on first use, as in labkit itself.
-_LAZY = {
-    "explore": "widgets",
-    "play": "widgets",
-    "plot_experiment": "walkplots",
-    "plot_race": "raceplots",
-    "show_beliefs": "beliefplots",
-    "show_walk": "walkplots",
-}
-
-__all__ = [
-    "FIELD",
-    "Field",
-    "FieldLog",
-    "FuzzyGrid",
-    "HARSH",
-    "Hybrid",
-    "LeggedRobot",
-    "Memory",
-    "Noise",
-    "PAPER",
-    "PRESETS",
-    "ParticleFilter",
-    "REAL",
-    "PastSightings",
-    "Sighting",
-    "Triangulation",
-    "race",
-    "poses_around",
-    "table",
-    *_LAZY,
-]
-
-__getattr__, __dir__ = lazy(__name__, __all__, _LAZY)
+__getattr__, __dir__ = lazily(
+    globals(),
+    explore="widgets",
+    play="widgets",
+    plot_experiment="walkplots",
+    plot_race="raceplots",
+    show_beliefs="beliefplots",
+    show_walk="walkplots",
+)

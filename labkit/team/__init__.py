@@ -4,7 +4,7 @@ Source: F. E. Schneider, D. Wildermuth, on the use of relative positions in the 
 (in Russian, 2005; called "the paper" here).
 """
 
-from ..lazy import lazy
+from .. import lazily
 from .frame import frame_errors, relative_nees_per_dimension
 from .initial_pose import initial_pose
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
@@ -12,22 +12,4 @@ from .warning import FrameWarning
 from .world import Route, Team, TeamNoise
 
 # Widgets load on first use, as in labkit itself.
-_LAZY = {"explore": "widgets", "play": "widgets"}
-
-__all__ = [
-    "FrameWarning",
-    "Route",
-    "Team",
-    "TeamLog",
-    "TeamNoise",
-    "dead_reckoned",
-    "delayed",
-    "frame_errors",
-    "initial_pose",
-    "later",
-    "of_logs",
-    "relative_nees_per_dimension",
-    *_LAZY,
-]
-
-__getattr__, __dir__ = lazy(__name__, __all__, _LAZY)
+__getattr__, __dir__ = lazily(globals(), explore="widgets", play="widgets")
