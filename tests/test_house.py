@@ -51,6 +51,18 @@ def test_picture_and_index_of_the_house_are_up_to_date():
     assert house.PAGE.read_text(encoding="utf-8") == index.page(), "python docs/index.py writes it anew"
 
 
+def test_what_the_page_says_is_somewhere_is_there():
+    rows = [row.split("|")[2:4] for row in house.PAGE.read_text(encoding="utf-8").splitlines() if row.startswith("| ")]
+    found = 0
+    for files, names in rows:
+        paths = [ROOT / name for name in re.findall(r"`([\w/.]+\.\w+)`", files)]
+        text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+        for name in re.findall(r"`(\w+)`", names) if paths else ():
+            found += 1
+            assert re.search(rf"\b(def|class) {name}\b|^from .*\b{name}\b", text, re.M), f"{name} is not in {files}"
+    assert found > 40
+
+
 def test_a_circle_of_imports_would_be_seen(tmp_path):
     for name, text in {"a": "from . import b", "b": "def f():\n    from .a import x", "c": "from .b import f"}.items():
         (tmp_path / "labkit").mkdir(exist_ok=True)
