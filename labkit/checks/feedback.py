@@ -5,10 +5,13 @@ import os
 import re
 import sys
 import sysconfig
+import tomllib
+from pathlib import Path
 from types import FrameType
-from typing import Any
 
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+# Of an exception, its text and what to do about it.
+_KNOWN = tomllib.loads(Path(__file__).with_name("exceptions.toml").read_text(encoding="utf-8"))["known"]
 _LIBRARIES = {os.path.realpath(p) for p in sysconfig.get_paths().values()} - {os.path.realpath(sys.prefix)}
 
 
@@ -100,95 +103,8 @@ def sentence(error: BaseException) -> str:
     if isinstance(error, ValueError) and re.search(r"block_diag\([^*,()]+\)", _own_lines(error)):
         return f"{name}.\n`block_diag` takes blocks one by one: `block_diag(*blocks)`, with a star before the list."
     seen = f"{text}\n{own_line(error)}" if isinstance(error, IndexError) else text
-    for kind, pattern, advice in _KNOWN:
-        if isinstance(error, kind) and re.search(pattern, seen):
-            return f"{name}.\n{advice}"
+    bases = {base.__name__ for base in type(error).__mro__}
+    for known in _KNOWN:
+        if bases & set(known["error"]) and re.search(known["text"], seen):
+            return f"{name}.\n{known['advice']}"
     return name
-
-
-_KNOWN: list[tuple[Any, str, str]] = [  # of an exception, its text and what to do about it
-    (
-        ValueError,
-        "read-only|non-writeable",
-        "Your code changes an array that it was given (for example with `+=`). Others still use that "
-        "array: make a new one, as in `x = x + step`.",
-    ),
-    (
-        ValueError,
-        "need at least one array",
-        "There was nothing to stack: when the robot sees no landmark, `y` is an empty list and "
-        "`update` has nothing to do.",
-    ),
-    (
-        ValueError,
-        r"matmul|dot|core dimension|not aligned|operands could not be broadcast",
-        "Two sizes do not fit. With p landmarks in view and n numbers in the estimate: innovation (2p,), H (2p, n), "
-        "R (2p, 2p), S (2p, 2p), K (n, 2p). Print the `.shape` of both sides.",
-    ),
-    (
-        ValueError,
-        "[Ss]ingular",
-        "A matrix without an inverse: is R added to H P H', and is R the covariance of *all* landmarks in view?",
-    ),
-    (
-        ValueError,
-        "is not in list",
-        "That landmark was looked for and not found; compare landmarks with `==` (by id), not by position.",
-    ),
-    (
-        ValueError,
-        "truth value of an array",
-        "An `if`, `min`, `max` or `==` met a whole array; compare single numbers or landmarks, or use a function that "
-        "takes arrays, like `np.clip`.",
-    ),
-    (
-        IndexError,
-        r"\b(m|map)\[|\.id\b",
-        "Something was looked up at a position that is not there. A landmark's id is its name, not its "
-        "place in the map: find it with `==` or `map.index(...)`.",
-    ),
-    (
-        IndexError,
-        ".",
-        "Something was looked up at a position that is not there: positions count from 0 to the length minus 1.",
-    ),
-    (KeyError, "", "A dictionary was asked for a key that it does not have."),
-    (
-        (AttributeError, TypeError),
-        "NoneType",
-        "A variable is None: a function without `return`, or a search that found nothing.",
-    ),
-    ((AttributeError, TypeError), "type (object )?'map'", "`map` is a Python built-in; yours is `self.map`."),
-    (AttributeError, "Landmark", "A Landmark has two fields: `.p`, an array of two numbers, and `.id`."),
-    (
-        AttributeError,
-        "has no attribute",
-        "There is no such field or method: a typing slip, or a field that `__init__` does not set.",
-    ),
-    (UnboundLocalError, ".", "That name gets its value only in a branch that did not run."),
-    (
-        NameError,
-        "'(stack|repeat_R)'",
-        "That function was written in lab 1's notebook: run its cell there; in another notebook, copy it here.",
-    ),
-    (NameError, ".", "That name is not known here: a typing slip, a missing `self.`, or a cell not run yet."),
-    (
-        TypeError,
-        "unexpected keyword argument",
-        "The call and the definition disagree: a filter is made with KF(x0, P0, Q, R, m, dt=...).",
-    ),
-    (
-        TypeError,
-        "positional argument",
-        "The call and the definition disagree: methods take `self` first, then exactly what the signature says.",
-    ),
-    (TypeError, "Landmark", "A Landmark was used as if it were an array: its two numbers are in `.p`."),
-    (SystemExit, "", "The code ends Python itself (`exit()` or `quit()`): leave that out."),
-    (RecursionError, ".", "A function calls itself without an end."),
-    (ZeroDivisionError, ".", "A division by zero: is a list empty there, or a distance zero?"),
-    (
-        SyntaxError,
-        ".",
-        "Python cannot read this line: look for a missing bracket, colon or indent, there or just above.",
-    ),
-]

@@ -85,8 +85,10 @@ def _refuse_taken(out, zipped, force):
 def collect(root: Path) -> Kit:
     """All that students get. Raises CommandError and OSError."""
     labs = [script.stem for script in _scripts(root)]
-    modules = [path.relative_to(root).as_posix() for path in (root / "labkit").rglob("*.py")]
-    modules = [path for path in modules if not path.startswith(f"{WING}/")]
+    own = [
+        path.relative_to(root).as_posix() for path in (root / "labkit").rglob("*") if path.suffix in (".py", ".toml")
+    ]
+    modules = [path for path in own if not path.startswith(f"{WING}/")]
     notebooks = [f"notebooks/{lab}.ipynb" for lab in labs]
     paths = [*FILES, *modules, *notebooks]
     kit = {path: _take(root / path) for path in paths}

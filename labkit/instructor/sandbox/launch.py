@@ -154,7 +154,8 @@ def make_runtime(folder: str | Path) -> str:
     """Copy what a worker imports of this package into `folder`; returns its path."""
     kit = Path(__file__).resolve().parents[2]
     target = Path(folder) / "labkit"
-    files = [path for path in kit.rglob("*.py") if kit / "instructor" not in path.parents]
+    own = [path for path in kit.rglob("*") if path.suffix in (".py", ".toml")]
+    files = [path for path in own if kit / "instructor" not in path.parents]
     for path in [*files, *(kit / "instructor" / f"{name}.py" for name in INSIDE)]:
         copy = target / path.relative_to(kit)
         copy.parent.mkdir(parents=True, exist_ok=True)

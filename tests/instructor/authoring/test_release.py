@@ -70,7 +70,8 @@ def test_the_files_are_those_that_students_need(kit):
         for cell in notebook(kit, lab).cells
         for name in re.findall(r'^check\("([\w-]+)"', cell.source)
     }
-    modules = [path.relative_to(ROOT).as_posix() for path in (ROOT / "labkit").rglob("*.py")]
+    files_of_labkit = [path for path in (ROOT / "labkit").rglob("*") if path.suffix in (".py", ".toml")]
+    modules = [path.relative_to(ROOT).as_posix() for path in files_of_labkit]
     modules = [path for path in modules if not path.startswith("labkit/instructor/")]
     assert len(named) >= 3 * len(LABS)
     assert set(files(kit)) == {
