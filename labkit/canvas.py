@@ -5,6 +5,7 @@ follow the hand redraws the moving artists over a stored background and encodes 
 """
 
 from io import BytesIO
+from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -14,15 +15,15 @@ from PIL import Image
 class Canvas:
     """width, height in inches at 100 dpi; `columns` axes side by side."""
 
-    def __init__(self, width, height, columns=1, **options):
+    def __init__(self, width: float, height: float, columns: int = 1, **options: Any):
         # Own figure and canvas, no pyplot: nothing is drawn twice and no global figure is left behind.
         self.figure = Figure((width, height), dpi=100, facecolor="white", layout="constrained")
         self.canvas = FigureCanvasAgg(self.figure)
         self.axes = self.figure.subplots(1, columns, squeeze=False, **options)[0]
-        self.moving = []
-        self._background = None
+        self.moving: list = []
+        self._background: Any = None
 
-    def move(self, *panels):
+    def move(self, *panels: Any) -> None:
         """Declare the artists that change from picture to picture."""
         for panel in panels:
             for artist in panel.artists:
@@ -38,15 +39,16 @@ class Canvas:
         for artist in self.moving:
             artist.axes.draw_artist(artist)
 
-    def image(self):
+    def image(self) -> Image.Image:
+        """The picture as it is now."""
         self._draw()
         return Image.frombuffer("RGBA", self.canvas.get_width_height(), self.canvas.buffer_rgba()).convert("RGB")
 
-    def jpeg(self):
+    def jpeg(self) -> bytes:
         """Picture as JPEG bytes, quick to encode: for what changes often."""
         return _encoded(self.image(), "JPEG", quality=90, subsampling=0)
 
-    def png(self):
+    def png(self) -> bytes:
         """Picture as PNG bytes: for what is kept."""
         return _encoded(self.image(), "PNG")
 

@@ -1,12 +1,15 @@
 """The handout's EnvPlot: one picture of robot, map and filter at each step of a loop."""
 
 import sys
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from .canvas import Canvas
 from .plots import ScenePanel
-from .world import located, positions
+from .robot import Robot
+from .world import Map, located, positions
 
 
 class EnvPlot:
@@ -15,9 +18,9 @@ class EnvPlot:
     Source: the practice handout, section 2; its axes, signs and colours.
     """
 
-    def __init__(self):
-        self._window = None
-        self._handle = None
+    def __init__(self) -> None:
+        self._window: Any = None
+        self._handle: Any = None
         if _in_notebook():
             self._canvas = Canvas(6.2, 4.6)
             self._axes = self._canvas.axes[0]
@@ -30,11 +33,11 @@ class EnvPlot:
             self._canvas.move(self.panel)
 
     @property
-    def figure(self):
+    def figure(self) -> Figure:
         """The matplotlib Figure, for saving it."""
         return self._axes.figure
 
-    def plotSim(self, r, m, kf, pause=False):
+    def plotSim(self, r: Robot, m: Map, kf: Any, pause: bool = False) -> None:
         """Draw robot `r`, map `m` and filter `kf`; with pause=True a window waits for a key.
 
         In a notebook and without a display nothing waits.

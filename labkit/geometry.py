@@ -29,7 +29,7 @@ Seed = int | np.random.Generator | None
 """What `numpy.random.default_rng` takes: a seed, a generator, or None for another run each time."""
 
 
-def wrap(angle):
+def wrap(angle: ArrayLike) -> Array:
     """Bring angles [rad] of any shape into (-pi, pi].
 
     Subtracting two bearings can give 359 degrees where the robot turned by -1: every *difference*
@@ -38,7 +38,7 @@ def wrap(angle):
     return np.pi - (np.pi - np.asarray(angle, dtype=float)) % (2 * np.pi)
 
 
-def rotation(angle):
+def rotation(angle: float) -> Array:
     """Rotation matrix (2, 2) that turns a vector by `angle` [rad], counter-clockwise.
 
     `rotation(theta) @ v` takes `v` from a robot's frame with heading theta to the world frame.
@@ -108,7 +108,7 @@ def _pose(points, angle):
     return np.concatenate([points, np.asarray(angle)[..., None]], axis=-1)
 
 
-def ellipse(mean, cov, sigmas=3.0, points=60):
+def ellipse(mean: Points, cov: Covariances, sigmas: float = 3.0, points: int = 60) -> Points:
     """Outline (..., points, 2) [m] of the ellipse (x - mean)' cov^-1 (x - mean) = sigmas^2.
 
     `mean` (..., 2) and `cov` (..., 2, 2) may be stacked: many ellipses come in one call.
@@ -120,7 +120,7 @@ def ellipse(mean, cov, sigmas=3.0, points=60):
     return np.asarray(mean)[..., None, :] + sigmas * circle @ np.swapaxes(root(cov), -1, -2)
 
 
-def root(cov):
+def root(cov: Covariances) -> Array:
     """A matrix A (..., n, n) with A A' = cov: the one place where a covariance's root is taken.
 
     The eigenvalue form also takes a singular covariance (a robot without noise), where Cholesky
@@ -130,7 +130,7 @@ def root(cov):
     return vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
 
 
-def as_covariance(value, name, size=2):
+def as_covariance(value: ArrayLike, name: str, size: int = 2) -> Covariance:
     """`value` as a float (size, size) covariance; ValueError names the argument if it is not one."""
     cov = np.asarray(value, dtype=float)
     if cov.shape != (size, size):
@@ -144,7 +144,7 @@ def as_covariance(value, name, size=2):
     return cov
 
 
-def as_point(value, name):
+def as_point(value: ArrayLike, name: str) -> Point:
     """`value` as a float (2,) point [m]; ValueError names the argument if it is not one."""
     point = np.array(value, dtype=float).reshape(-1)
     if point.shape != (2,) or not np.isfinite(point).all():

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from .checks.feedback import FilterError, LabError, explain
-from .geometry import as_covariance, root
-from .robot import add_noise
+from .geometry import Array, Covariance, Covariances, Measurements, Points, Seed, as_covariance, root
+from .robot import Robot, add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed
 
 if TYPE_CHECKING:
@@ -38,17 +38,17 @@ class Log:
     name      where the run comes from, for titles.
     """
 
-    times: np.ndarray
-    controls: np.ndarray
+    times: Array
+    controls: Array
     seen_step: np.ndarray
     seen_id: np.ndarray
-    seen: np.ndarray
+    seen: Measurements
     map: Map
     sensor: str = "xy"
     frame: str = "world"
-    truth: np.ndarray | None = None
-    Q: np.ndarray | None = None
-    R: np.ndarray | None = None
+    truth: Array | None = None
+    Q: Covariance | None = None
+    R: Covariance | None = None
     range: float | None = None
     name: str = "simulated run"
     notes: tuple = field(default=())
@@ -70,7 +70,8 @@ class Log:
             raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
         if len(self.seen_step) and not 0 <= min(self.seen_step) <= max(self.seen_step) < n:
             raise ValueError(
-                f"seen_step must name steps from 0 to {n - 1}, but goes from {min(self.seen_step)} to {max(self.seen_step)}"
+                f"seen_step must name steps from 0 to {n - 1}, "
+                f"but goes from {min(self.seen_step)} to {max(self.seen_step)}"
             )
         if n and not (np.diff(self.times) > 0).all():
             raise ValueError("the times of a log must increase from step to step")
@@ -81,20 +82,20 @@ class Log:
             if value is not None:
                 value.setflags(write=False)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.controls)
 
     @property
-    def dt(self):
+    def dt(self) -> float:
         """Mean duration of a step [s]."""
         return float(self.times[-1] - self.times[0]) / len(self)
 
     @property
-    def count(self):
+    def count(self) -> np.ndarray:
         """(N,) how many landmarks were in view at each step."""
         return np.bincount(self.seen_step, minlength=len(self))
 
-    def measurements(self):
+    def measurements(self) -> list[list[Landmark]]:
         """N lists of Landmark, fresh at each call: a filter that spoils them spoils its own only."""
         values = self.seen.copy()
         landmarks = [Landmark._of(p, i) for p, i in zip(values, self.seen_id.tolist())]
@@ -104,7 +105,7 @@ class Log:
     def judge(self, history: "History") -> None:
         """What `replay` asks of what a filter believed: of one robot, nothing more than numbers."""
 
-    def seen_by(self, sensor, R, range=None, rng=None):
+    def seen_by(self, sensor: str, R: Covariance, range: float | None = None, rng: Seed = None) -> "Log":
         """The same drive seen by another sensor: same truth and controls, new measurements."""
         if self.truth is None:
             raise ValueError("only a run whose true path is known can be seen by another sensor")
@@ -124,17 +125,17 @@ class History:
     Of a team of robots: x (N+1, robots, 3) and x_prior (N, robots, 3), with covariances of all their numbers.
     """
 
-    times: np.ndarray
-    x: np.ndarray
-    P: np.ndarray
-    x_prior: np.ndarray
-    P_prior: np.ndarray
-    R: np.ndarray | None
+    times: Array
+    x: Array
+    P: Covariances
+    x_prior: Array
+    P_prior: Covariances
+    R: Covariance | None
     d2: Sequence[list] = ()
     gate: float = np.inf
 
 
-def simulate(robot, map, steps=None):
+def simulate(robot: Robot, map: Map, steps: int | None = None) -> Log:
     """Record a run of `robot` among the landmarks of `map`: a Log of `steps` (default: to `robot.tf`).
 
     Starts where the robot stands and draws from its rng, but does not move it, so that calling it
@@ -144,7 +145,7 @@ def simulate(robot, map, steps=None):
     steps = round((robot.tf - robot.t) / robot.dt) if steps is None else int(steps)
     if steps < 1:
         raise ValueError(f"a run needs at least one step, but steps is {steps}")
-    times = robot.t + robot.dt * np.arange(steps + 1)
+    times = robot.t + robot.dt * np.arange(steps + 1.0)
     controls = robot.velocity(times[:-1])
     moves = robot.dt * controls + robot.rng.standard_normal((steps, 2)) @ root(robot.Q).T
     truth = robot.p + np.vstack([np.zeros(2), np.cumsum(moves, axis=0)])
@@ -162,7 +163,7 @@ def simulate(robot, map, steps=None):
     )
 
 
-def look(path, map, sensor, R, range, rng):
+def look(path: Points, map: Map, sensor: str, R: Covariance, range: float, rng: np.random.Generator) -> dict:
     """The measurement fields of a Log for a sensor carried along `path` (N, 2); R of one look."""
     offset = positions(map) - np.asarray(path)[:, None, :]
     step, which = np.nonzero(np.hypot(offset[..., 0], offset[..., 1]) <= range)
@@ -171,7 +172,16 @@ def look(path, map, sensor, R, range, rng):
     return {"seen_step": step, "seen_id": ids[which] if len(ids) else which, "seen": values}
 
 
-def make_filter(KF, log, Q=None, R=None, x0=START, P0=START_COV, noise=None, **options):
+def make_filter(
+    KF: Callable,
+    log: Any,
+    Q: Covariance | None = None,
+    R: Covariance | None = None,
+    x0: Array = START,
+    P0: Covariance = START_COV,
+    noise: Any = None,
+    **options: Any,
+) -> Any:
     """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given.
 
     noise: for robots with odometry, whose filters are made as KF(x0, P0, map, noise), of a team as KF(x0, P0, noise):

@@ -5,14 +5,20 @@ animation, where only `artists` are redrawn.  Colours are Okabe and Ito's, told 
 readers, and lines differ in style as well.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Self
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from . import metrics
-from .geometry import Covariances, Points, Pose, ellipse
-from .world import located, positions
+from .geometry import Array, Covariance, Covariances, Point, Points, Pose, ellipse
+from .log import History, Log
+from .world import Map, located, positions
+
+Box = tuple[float, float, float, float]
+"""(xmin, xmax, ymin, ymax) [m]."""
+BOX = (-5.1, 5.1, -5.1, 5.1)  # what holds the handout's map
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
 
@@ -23,13 +29,13 @@ def arrow(pose: Pose, size: float = 0.35) -> Points:
     return located(pose[:2], np.stack(outline, axis=-1), "rb")
 
 
-def limits(log, margin=0.6):
+def limits(log: Log, margin: float = 0.6) -> Box:
     """(xmin, xmax, ymin, ymax) [m] that hold the map and the true path of a log."""
     points = positions(log.map)
     if log.truth is not None:
         points = np.vstack([points, log.truth[np.isfinite(log.truth[:, 0]), :2]])
     if not len(points):
-        return -5.1, 5.1, -5.1, 5.1
+        return BOX
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return low[0], high[0], low[1], high[1]
 
@@ -54,7 +60,7 @@ def _map_axes(ax, box):
 class MapPanel:
     """The whole run in the map: true path, estimated path, 3-sigma ellipses along it."""
 
-    def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1), title="Map, with 3σ ellipses"):
+    def __init__(self, ax: Axes, box: Box = BOX, title: str = "Map, with 3σ ellipses"):
         _map_axes(ax, box)
         ax.set_title(title, fontsize=11)
         (self.landmarks,) = ax.plot([], [], "k*", ms=7, label="landmarks")
@@ -64,7 +70,8 @@ class MapPanel:
         self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate]
         legend_below(ax, ncols=3, handlelength=1.8, columnspacing=1.2)
 
-    def show(self, log, history, ellipses=20):
+    def show(self, log: Log, history: History, ellipses: int = 20) -> Self:
+        """Fill the panel with a run."""
         self.landmarks.set_data(*positions(log.map).T)
         if log.truth is not None:
             self.truth.set_data(*log.truth[:, :2].T)
@@ -77,7 +84,7 @@ class MapPanel:
 class ErrorPanel:
     """Error of x and y over time, each within its own 3-sigma bounds."""
 
-    def __init__(self, ax, duration, limit=2.0):
+    def __init__(self, ax: Axes, duration: float, limit: float = 2.0):
         ax.set(xlim=(0, duration), ylim=(-limit, limit), xlabel="time [s]", ylabel="error [m]")
         ax.set_title("Error and its 3σ bounds", fontsize=11)
         ax.axhline(0, color=GREY, lw=0.6)
@@ -89,7 +96,8 @@ class ErrorPanel:
         self.artists = [line for pair in self.lines for line in pair]
         legend_below(ax)
 
-    def show(self, log, history):
+    def show(self, log: Log, history: History) -> Self:
+        """Fill the panel with a run."""
         t = log.times - log.times[0]
         error = metrics.errors(history, log)
         both = np.concatenate([t, [np.nan], t])  # upper and lower bound in one line
@@ -103,7 +111,7 @@ class ErrorPanel:
 class ConsistencyPanel:
     """NEES, or NIS per measured number, over time with its 95 % chi-square bounds (log scale)."""
 
-    def __init__(self, ax, duration, kind="nees", dof=2):
+    def __init__(self, ax: Axes, duration: float, kind: str = "nees", dof: int = 2):
         self.kind, self.dof = kind, dof
         ylabel = {"nees": f"NEES ({dof} is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
         ax.set(xlim=(0, duration), ylim=(1e-3, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
@@ -114,10 +122,11 @@ class ConsistencyPanel:
         self.artists = [self.low, self.high, self.value]
         legend_below(ax)
 
-    def show(self, log, history):
+    def show(self, log: Log, history: History) -> Self:
+        """Fill the panel with a run."""
         t = log.times - log.times[0]
         if self.kind == "nees":
-            value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), 1.0
+            value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), np.ones(1)
         else:
             value, dof = metrics.nis(history, log)
             seen = dof > 0  # a step without a landmark has no NIS
@@ -145,7 +154,7 @@ class ScenePanel:
     (the handout's red, in the shade that colour-blind readers tell from the rest).
     """
 
-    def __init__(self, ax, box=(-5.1, 5.1, -5.1, 5.1)):
+    def __init__(self, ax: Axes, box: Box = BOX):
         _map_axes(ax, box)
         (self.landmarks,) = ax.plot([], [], "k*", ms=8, label="landmarks")
         (self.trail,) = ax.plot([], [], "-", color=BLUE, lw=0.8, alpha=0.6)
@@ -159,7 +168,7 @@ class ScenePanel:
         self.artists += [self.seen, self.robot, self.ellipse, self.mean]
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8, frameon=False)
 
-    def show(self, map, p, reach, seen, mean, cov):
+    def show(self, map: Map, p: Point | None, reach: float | None, seen: Points, mean: Point, cov: Covariance) -> Self:
         """P (2,) true position or None; seen (n, 2) world positions of what was measured."""
         self.landmarks.set_data(*positions(map).T)
         if p is not None:
@@ -171,7 +180,7 @@ class ScenePanel:
         self.ellipse.set_data(*ellipse(mean, cov).T)
         return self
 
-    def show_step(self, log, history, k):
+    def show_step(self, log: Log, history: History, k: int) -> Self:
         """Step k of a run, 0 being the start, with the paths up to there."""
         truth = None if log.truth is None else log.truth[:, :2]
         p = None if truth is None or np.isnan(truth[k]).any() else truth[k]
@@ -184,7 +193,7 @@ class ScenePanel:
         return self.show(log.map, p, log.range, seen, history.x[k, :2], history.P[k, :2, :2])
 
 
-def plot_run(axes, log, history, kind="nees"):
+def plot_run(axes: Sequence[Axes], log: Log, history: History, kind: str = "nees") -> None:
     """Fill three axes: map with paths, error within its bounds, NEES or NIS within its bounds."""
     duration = log.times[-1] - log.times[0]
     MapPanel(axes[0], limits(log)).show(log, history)
@@ -194,7 +203,7 @@ def plot_run(axes, log, history, kind="nees"):
     ConsistencyPanel(axes[2], duration, kind, history.x.shape[1]).show(log, history)
 
 
-def show_run(log, history, kind="nees", title=""):
+def show_run(log: Log, history: History, kind: str = "nees", title: str = "") -> None:
     """Make the figure of `plot_run` and show it, in a notebook or in a window."""
     import matplotlib.pyplot as plt  # here only: the panels need no pyplot
 
@@ -204,7 +213,7 @@ def show_run(log, history, kind="nees", title=""):
     plt.show()
 
 
-def plot_mean_nees(ax, times, values, dof=2):
+def plot_mean_nees(ax: Axes, times: Array, values: Array, dof: int = 2) -> None:
     """Mean NEES over runs, values (runs, N+1), within the bounds that 95 % of such means keep."""
     low, high = metrics.chi2_bounds(dof, runs=len(values))
     ax.plot(times, np.mean(values, axis=0), "-", color=BLUE, lw=1, label=f"mean of {len(values)} runs")

@@ -1,9 +1,10 @@
 """The handout's robot: a point that drives a square and looks at landmarks."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .geometry import as_covariance, as_point, root, wrap
-from .world import SENSORS, Landmark, positions, sensed
+from .geometry import Array, Covariance, Measurements, Point, Seed, as_covariance, as_point, root, wrap
+from .world import SENSORS, Landmark, Map, positions, sensed
 
 DT = 0.25  # [s] one step of the handout's simulation
 # The noise of the handout's scripts: Q per second, R of one landmark times one second.
@@ -29,7 +30,9 @@ class Robot:
     not with the variance used as a standard deviation.
     """
 
-    def __init__(self, pose, Q, R, range=2.5, type="xy", rng=None):
+    def __init__(
+        self, pose: Point, Q: Covariance, R: Covariance, range: float = 2.5, type: str = "xy", rng: Seed = None
+    ):
         if type not in SENSORS:
             raise ValueError(f"type must be 'xy' or 'rb', but it is {type!r}")
         if not range > 0:
@@ -41,21 +44,21 @@ class Robot:
         self.range, self.type = float(range), type
         self.rng = np.random.default_rng(rng)
         self.t = 0.0
-        self.objs = []
+        self.objs: list[Landmark] = []
 
-    def velocity(self, t):
+    def velocity(self, t: ArrayLike) -> Array:
         """Commanded velocity (..., 2) [m/s] at times t [s]."""
         side = np.minimum(np.asarray(t) // self.ti, len(SIDES) - 1).astype(int)
         return self.v * SIDES[side]
 
-    def action(self):
+    def action(self) -> Array:
         """Drive one step; return the commanded velocity (2,) [m/s], which is all a filter may know."""
         u = self.velocity(self.t)
         self.p = self.p + self.dt * u + root(self.Q) @ self.rng.standard_normal(2)
         self.t += self.dt
         return u
 
-    def measure(self, m):
+    def measure(self, m: Map) -> list[Landmark]:
         """Landmarks of `m` within range, as a list of Landmark with noisy relative `p` (maybe [])."""
         offset = positions(m) - self.p
         seen = np.flatnonzero(np.hypot(*offset.T) <= self.range)
@@ -64,7 +67,7 @@ class Robot:
         return self.objs
 
 
-def add_noise(values, R, sensor, rng):
+def add_noise(values: Measurements, R: Covariance, sensor: str, rng: np.random.Generator) -> Measurements:
     """Measurements (n, 2) with noise from N(0, R); bearings stay in (-pi, pi]."""
     noisy = values + rng.standard_normal(values.shape) @ root(R).T
     if sensor == "rb":

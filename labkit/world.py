@@ -1,8 +1,12 @@
 """The world: landmarks with names, maps of them, and what a sensor sees of a map."""
 
-import numpy as np
+from collections.abc import Iterable, Sequence
+from typing import Any
 
-from .geometry import as_point, wrap
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .geometry import Measurements, Point, Points, Seed, as_point, wrap
 
 SENSORS = ("xy", "rb")
 
@@ -20,7 +24,7 @@ class Landmark:
     complete = True  # a camera may see only part of a landmark: see labkit.legged.Sighting
     __array_ufunc__ = None  # `array - landmark` must reach __rsub__, not numpy's loop over objects
 
-    def __init__(self, p, id):
+    def __init__(self, p: ArrayLike, id: Any):
         self.p = as_point(p, f"the position of landmark {id!r}")
         self.id = id
 
@@ -31,40 +35,41 @@ class Landmark:
         self.p, self.id = p, id
         return self
 
-    def __add__(self, v):
+    def __add__(self, v: Any) -> Point:
         return self.p + getattr(v, "p", v)
 
-    def __sub__(self, v):
+    def __sub__(self, v: Any) -> Point:
         return self.p - getattr(v, "p", v)
 
-    def __radd__(self, v):
+    def __radd__(self, v: Any) -> Point:
         return v + self.p
 
-    def __rsub__(self, v):
+    def __rsub__(self, v: Any) -> Point:
         return v - self.p
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return self.id == getattr(other, "id", other)
 
-    def __hash__(self):
+    def __hash__(self) -> int:
         return hash(self.id)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"Landmark({np.array2string(self.p, precision=3, separator=', ')}, id={self.id!r})"
 
 
-class Map(list):
+class Map(list[Landmark]):
     """A list of Landmark in world coordinates, with distinct ids.
 
     `m.index(lm)` finds a landmark by id, also that of a measurement; a bare id works too.
     """
 
-    def __init__(self, landmarks=()):
+    def __init__(self, landmarks: Iterable[Landmark] = ()):
         super().__init__()
         for landmark in landmarks:
             self.append(landmark)
 
-    def append(self, landmark):
+    def append(self, landmark: Landmark) -> None:
+        """Add a landmark; TypeError if it is none, ValueError if its id is taken."""
         if not isinstance(landmark, Landmark):
             raise TypeError(f"a Map holds Landmark objects, but it was given {landmark!r}")
         if landmark in self:
@@ -72,21 +77,22 @@ class Map(list):
         super().append(landmark)
 
     @property
-    def positions(self):
+    def positions(self) -> Points:
         """(n, 2) [m], world frame, in the order of the list."""
         return positions(self)
 
     @property
-    def ids(self):
+    def ids(self) -> list:
+        """The names, in the order of the list."""
         return [landmark.id for landmark in self]
 
 
-def positions(landmarks):
+def positions(landmarks: Sequence[Landmark]) -> Points:
     """(n, 2) array of the `p` of landmarks; (0, 2) where there are none."""
     return np.array([lm.p for lm in landmarks], dtype=float).reshape(-1, 2)
 
 
-def random_map(n=25, rng=None, half_width=5.0):
+def random_map(n: int = 25, rng: Seed = None, half_width: float = 5.0) -> Map:
     """Map of `n` landmarks, ids 0..n-1, uniform in [-half_width, half_width]^2 [m].
 
     rng: a numpy Generator, or a seed for one.
@@ -97,7 +103,7 @@ def random_map(n=25, rng=None, half_width=5.0):
     return Map(Landmark._of(p, i) for i, p in enumerate(points))
 
 
-def sensed(offset, sensor):
+def sensed(offset: Points, sensor: str) -> Measurements:
     """What a noise-free sensor reports of points at `offset` (..., 2) [m] from the robot.
 
     'xy': the offset itself; 'rb': (range [m], bearing [rad]), bearing in the world frame.
@@ -108,7 +114,7 @@ def sensed(offset, sensor):
     return np.stack([np.hypot(dx, dy), np.arctan2(dy, dx)], axis=-1)
 
 
-def located(p, values, sensor):
+def located(p: Points, values: Measurements, sensor: str) -> Points:
     """World positions (..., 2) [m] of what a robot at `p` (..., 2) measured: the inverse of `sensed`."""
     if sensor == "xy":
         return p + values
@@ -116,7 +122,7 @@ def located(p, values, sensor):
     return p + np.stack([r * np.cos(bearing), r * np.sin(bearing)], axis=-1)
 
 
-def difference(a, b, sensor):
+def difference(a: Measurements, b: Measurements, sensor: str) -> Measurements:
     """A - b for measurements (..., 2): bearings are wrapped, all else is plain subtraction."""
     d = np.asarray(a) - b
     if sensor == "rb":

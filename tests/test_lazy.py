@@ -11,4 +11,4 @@ def test_each_name_that_a_package_offers_is_there_and_no_other(package):
     assert {"replay", "race", "Team"} & set(dir(module)) and not {"Any", "ModuleType", "geometry"} & set(dir(module))
     assert all(getattr(module, name) is not None for name in dir(module))
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
-        module.nothing
+        _ = module.nothing

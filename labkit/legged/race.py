@@ -83,7 +83,7 @@ def race(
             start = time.perf_counter()
             history = replay(make(log), log)
             seconds[name] += time.perf_counter() - start
-            errors[name].append(history.x - log.truth)
+            errors[name].append(history.x - np.asarray(log.truth))
             sure[name].append(history.P[:, 0, 0] + history.P[:, 1, 1] < 1)
     total = len(logs) * len(logs[0])
     ends = steps[0] if steps else None

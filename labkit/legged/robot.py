@@ -113,7 +113,7 @@ class LeggedRobot:
             raise ValueError(f"kidnap must name steps from 0 to {steps - 1}, but it is {kidnap.tolist()}")
         to = None if to is None else _as_pose(to, self.field)
         truth, moves = self._walk(steps, set(kidnap.tolist()), to)
-        times = DT * np.arange(steps + 1)
+        times = DT * np.arange(steps + 1.0)
         pan = PAN * _triangle(times[1:] / SWEEP)
         return FieldLog(
             times,

@@ -4,24 +4,28 @@ sigma_d [m] and sigma [rad] are the standard deviations of range and bearing; po
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ..geometry import Array, Covariance, Covariances
 
 WAYS = ("raw", "additive", "multiplicative")
 
 
-def shift(d, sigma):
+def shift(d: float | Array, sigma: float) -> float | Array:
     """By how much [m] a raw point at the range d is too near on average, as seen from the reading itself.
 
     The additive way adds it in the direction of the reading.
-    Source: D. Lerro, Y. Bar-Shalom, "Tracking with debiased consistent converted measurements versus EKF" (1993), eq. 10.
+    Source: D. Lerro, Y. Bar-Shalom, "Tracking with debiased consistent converted measurements versus EKF" (1993),
+    eq. 10.
     """
     return d * (np.exp(-(sigma**2) / 2) - np.exp(-(sigma**2)))
 
 
-def spread(d, alpha, sigma_d, sigma, way="multiplicative"):
+def spread(d: ArrayLike, alpha: ArrayLike, sigma_d: float, sigma: float, way: str = "multiplicative") -> Covariances:
     """Covariances (N, 2, 2) [m^2] of points from readings d (N,) [m], alpha (N,) [rad].
 
-    way: 'raw', by the tangent; 'additive' (Lerro and Bar-Shalom 1993, eq. 13); 'multiplicative' (L. Mo, X. Song, Y. Zhou,
-    Z. Sun, Y. Bar-Shalom, "Unbiased converted measurements for tracking" (1998), eq. 10).
+    way: 'raw', by the tangent; 'additive' (Lerro and Bar-Shalom 1993, eq. 13); 'multiplicative' (L. Mo, X. Song,
+    Y. Zhou, Z. Sun, Y. Bar-Shalom, "Unbiased converted measurements for tracking" (1998), eq. 10).
     Raises ValueError for another way.
     """
     d, s = np.asarray(d, dtype=float), sigma**2
@@ -40,7 +44,7 @@ def spread(d, alpha, sigma_d, sigma, way="multiplicative"):
     return _turned(along, across, alpha)
 
 
-def expected_spread(d, alpha, sigma_d, sigma):
+def expected_spread(d: float, alpha: float, sigma_d: float, sigma: float) -> Covariance:
     """Covariance (2, 2) [m^2] of a multiplicatively converted point of a target that *is* at d [m], alpha [rad].
 
     For a filter: taken where the target is expected, it has nothing to do with the error of the reading. Taken from

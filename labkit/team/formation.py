@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..geometry import Array, Covariances, Point, Points, Pose, Poses, Seed, transform, wrap
 from .log import TeamLog, recorded
@@ -37,6 +38,11 @@ class FormationRun:
     finished: bool
     least: float
     covariances: Covariances | None = None
+
+    @property
+    def truth(self) -> Poses:
+        """(N+1, n, 3) the true poses."""
+        return np.asarray(self.log.truth)
 
     @property
     def error(self) -> Array:
@@ -206,7 +212,7 @@ START = ((0, 0, 0), (-1.8, 1.6, 0.3), (-2.0, -1.5, -0.2))
 CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower starts on the other's side
 
 
-def triangle(rng: Seed = None, start: Sequence = START, **more: Any) -> Team:
+def triangle(rng: Seed = None, start: ArrayLike = START, **more: Any) -> Team:
     """S4: the Team of a leader and two followers, which see what is ahead of them."""
     return Team(start, sees=[(1, 0), (2, 0), (1, 2), (2, 1)], rng=rng, **more)
 

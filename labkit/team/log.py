@@ -8,10 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from ..checks.feedback import FilterError
-from ..geometry import compose
-from ..log import Log
+from ..geometry import Array, Poses, Seed, compose
+from ..log import History, Log
 from ..world import Map
 from .warning import warn_of
+
+Reading = tuple[int, int, Array]
+"""(observer, target, (2,) range [m] and bearing [rad]), robots counted from 0."""
 
 
 @dataclass(frozen=True)
@@ -52,44 +55,46 @@ class TeamLog:
             if strange:
                 raise ValueError(f"robot {i} saw a robot {min(strange)!r} that is no other member of the team")
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.logs[0])
 
     @property
-    def n(self):
+    def n(self) -> int:
+        """How many robots."""
         return len(self.ids)
 
     @property
-    def times(self):
+    def times(self) -> Array:
+        """(N+1,) [s]."""
         return self.logs[0].times
 
     @property
-    def controls(self):
+    def controls(self) -> Array:
         """(N, n, 3) odometry of each step and robot [m, m, rad]."""
         return np.stack([log.controls for log in self.logs], axis=1)
 
     @property
-    def truth(self):
+    def truth(self) -> Poses | None:
         """(N+1, n, 3) true poses in the hall, or None."""
         if any(log.truth is None for log in self.logs):
             return None
         return np.stack([log.truth for log in self.logs], axis=1)
 
-    def measurements(self):
-        """N lists of (observer, target, (2,) range [m] and bearing [rad]), observer and target counted from 0."""
+    def measurements(self) -> list[list[Reading]]:
+        """N lists of readings, fresh at each call."""
         place = {name: i for i, name in enumerate(self.ids)}
-        lists = [[] for _ in range(len(self))]
+        lists: list[list[Reading]] = [[] for _ in range(len(self))]
         for i, log in enumerate(self.logs):
             for k, name, z in zip(log.seen_step.tolist(), log.seen_id.tolist(), log.seen.copy()):
                 lists[k].append((i, place[name], z))
         return lists
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, int]:
         """(n, 3): of a filter's mean."""
         return self.n, 3
 
-    def judge(self, history):
+    def judge(self, history: History) -> None:
         """Raise FilterError for a variance below zero; a FrameWarning where most readings contradict the estimate."""
         if (bad := np.diagonal(history.P, axis1=1, axis2=2).min(axis=1) < -1e-9).any():
             step = f"After step {int(bad.argmax())} of {len(self)}"
@@ -97,18 +102,18 @@ class TeamLog:
         warn_of(history, self.measurements(), self.ids)
 
 
-def dead_reckoned(log, start=None):
+def dead_reckoned(log: TeamLog, start: Poses | None = None) -> Poses:
     """Poses (N+1, n, 3) by odometry alone, from the poses `start` (n, 3), by default the true ones."""
-    poses = [np.array(log.truth[0] if start is None else start, dtype=float)]
+    poses = [np.array(np.asarray(log.truth)[0] if start is None else start, dtype=float)]
     for u in log.controls:
         poses.append(compose(poses[-1], u))
     return np.array(poses)
 
 
-def recorded(dt: float, odometry: Sequence, truth: Sequence, looks: Sequence[list], name: str) -> TeamLog:
+def recorded(dt: float, odometry: Sequence, truth: Sequence, looks: Sequence[list[Reading]], name: str) -> TeamLog:
     """The TeamLog of a run with steps of dt [s]: odometry (N, n, 3), truth (N+1, n, 3), and what each one saw.
 
-    looks: N lists of (observer, target, (2,) range and bearing), counted from 0.
+    looks: N lists of readings.
     """
     u, poses = np.array(odometry), np.array(truth)
     members = range(poses.shape[1])
@@ -136,7 +141,7 @@ def _member(times, controls, truth, seen, name):
     )
 
 
-def of_logs(logs, ids=None, name="team"):
+def of_logs(logs: Sequence[Log], ids: Sequence | None = None, name: str = "team") -> TeamLog:
     """A TeamLog of logs of real robots: what they share of their times, and only what they saw of each other.
 
     logs: Logs with odometry, say from `mrclam.with_odometry(mrclam.load(robot, robots=True))`, of the same rate.
@@ -154,7 +159,7 @@ def of_logs(logs, ids=None, name="team"):
     return TeamLog(tuple(cut), ids, name)
 
 
-def later(log, first):
+def later(log: TeamLog, first: int) -> TeamLog:
     """The TeamLog from step `first` on.  Raises ValueError if there is no such step."""
     if not 0 <= first < len(log):
         raise ValueError(f"first must be a step from 0 to {len(log) - 1}, but it is {first}")
@@ -179,7 +184,7 @@ def _cut(log, a, b, others):
     )
 
 
-def delayed(log, steps=0, lost=0.0, rng=None):
+def delayed(log: TeamLog, steps: int = 0, lost: float = 0.0, rng: Seed = None) -> TeamLog:
     """The same run with readings that arrive `steps` steps late, and of which the share `lost` never arrives.
 
     rng: a numpy Generator, or a seed for one.  Raises ValueError for a delay or a share that cannot be.

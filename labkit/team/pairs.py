@@ -1,8 +1,11 @@
 """For large groups: a small filter for each observer, instead of one large one for all."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..geometry import wrap
+from ..geometry import Array, Covariances, Measurements, Motion, Poses, wrap
+from .world import TeamNoise
 
 
 class PairFilters:
@@ -14,7 +17,7 @@ class PairFilters:
     grows with n and not with its cube, and no correlation that could be forgotten.
     """
 
-    def __init__(self, poses, P, noise, gate=13.8, inflate=4.0):
+    def __init__(self, poses: Poses, P: Covariances, noise: TeamNoise, gate: float = 13.8, inflate: float = 4.0):
         poses, P = np.array(poses, dtype=float), np.array(P, dtype=float)
         n = len(poses)
         if poses.shape != (n, 3) or P.shape != (n, 3, 3):
@@ -24,16 +27,16 @@ class PairFilters:
         self.noise, self.gate, self.inflate = noise, gate, inflate
 
     @property
-    def x(self):
+    def x(self) -> Poses:
         """(n, 3) the target's pose in the observers' frames [m, m, rad]."""
         return self._x.T.copy()
 
     @property
-    def P(self):
+    def P(self) -> Covariances:
         """(n, 3, 3) its covariances."""
         return np.moveaxis(self._P, -1, 0).copy()
 
-    def predict(self, target, observers):
+    def predict(self, target: Motion, observers: Motion) -> None:
         """Move by the odometry of the target (3,) and of the observers (n, 3) [m, m, rad]."""
         target, observers = np.asarray(target, dtype=float), np.asarray(observers, dtype=float)
         u, v = target[:, None], observers.T
@@ -45,16 +48,15 @@ class PairFilters:
         x, y = cv * px + sv * py, cv * py - sv * px
         self._x = np.stack([x, y, wrap(self._x[2] + u[2] - v[2])])
         zero, one = np.zeros_like(x), np.ones_like(x)
-        F = [[cv, sv, sv * dx - cv * dy], [-sv, cv, sv * dy + cv * dx], [zero, zero, one]]
+        F = np.array([[cv, sv, sv * dx - cv * dy], [-sv, cv, sv * dy + cv * dx], [zero, zero, one]])
         # Columns: the target's odometry, then the observer's, each times its standard deviation.
         a, b = cv * c + sv * s, cv * s - sv * c
-        G = [[a, -b, zero, -cv, -sv, y], [b, a, zero, sv, -cv, -x], [zero, zero, one, zero, zero, -one]]
-        sigma = [self.noise.of_step(one).reshape(-1, 3).T for one in (target, observers)]
-        sigma = np.sqrt(self.inflate) * np.concatenate([np.broadcast_to(one, self._x.shape) for one in sigma])
-        F, G = np.array(F), np.array(G) * sigma
+        G = np.array([[a, -b, zero, -cv, -sv, y], [b, a, zero, sv, -cv, -x], [zero, zero, one, zero, zero, -one]])
+        sigmas = [self.noise.of_step(one).reshape(-1, 3).T for one in (target, observers)]
+        G *= np.sqrt(self.inflate) * np.concatenate([np.broadcast_to(one, self._x.shape) for one in sigmas])
         self._P = _times_turned(_times(F, self._P), F) + _times_turned(G, G)
 
-    def update(self, who, z):
+    def update(self, who: Sequence[int] | np.ndarray, z: Measurements) -> Array:
         """Correct observers `who` (m,) with what they see of the target, z (m, 2); the m values of d2.
 
         Raises ValueError if one of them is named twice or does not exist, or if there is not a reading for each.

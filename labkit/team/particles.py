@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from ..geometry import compose, root, wrap
+from ..geometry import Covariance, Motion, Poses, Seed, compose, root, wrap
 from ..particles import resampled, weighted
+from .log import Reading
+from .world import TeamNoise
 
 GATE = 13.8  # as a joint filter's
 
@@ -14,11 +16,12 @@ class TeamParticles:
     m: how many.  x0 (n, 3), P0 (3n, 3n), noise: as for a joint filter.  rng: a numpy Generator, or a seed for one.
     Robot 0 is sampled. Given where it is, the observers are independent of each other, so each particle has an
     extended Kalman filter for each of them; `observers` (m, n-1, 3) are their means.  Only what the observers see of
-    robot 0 is used; readings between observers, and those of robot 0 itself, are left aside.  Source: the paper's figure 8; K. Murphy, S. Russell, "Rao-Blackwellised particle filtering for dynamic
-    Bayesian networks" (2001).
+    robot 0 is used; readings between observers, and those of robot 0 itself, are left aside.
+    Source: the paper's figure 8; K. Murphy, S. Russell, "Rao-Blackwellised particle filtering for dynamic Bayesian
+    networks" (2001).
     """
 
-    def __init__(self, m, x0, P0, noise, inflate=4.0, rng=None):
+    def __init__(self, m: int, x0: Poses, P0: Covariance, noise: TeamNoise, inflate: float = 4.0, rng: Seed = None):
         if m != int(m) or m < 10:
             raise ValueError(f"m must be a number of particles, 10 or more, but it is {m!r}")
         self.noise, self.inflate, self.rng = noise, inflate, np.random.default_rng(rng)
@@ -30,7 +33,8 @@ class TeamParticles:
         self.covariances = np.tile(blocks, (self.m, 1, 1, 1))
         self.w = np.full(self.m, 1 / self.m)
 
-    def predict(self, u):
+    def predict(self, u: Motion) -> None:
+        """Move all by the odometry u (n, 3) of a step."""
         u = np.asarray(u, dtype=float)
         sigma = np.sqrt(self.inflate) * self.noise.of_step(u)
         moves = u[0] + sigma[0] * self.rng.standard_normal((self.m, 3))
@@ -46,7 +50,8 @@ class TeamParticles:
             Q = W * (sigma[1:] ** 2)[:, None, :] @ np.swapaxes(W, -1, -2)
             self.covariances = F @ self.covariances @ np.swapaxes(F, -1, -2) + Q
 
-    def update(self, seen):
+    def update(self, seen: list[Reading]) -> None:
+        """Weigh the particles by the readings of a step, and resample where few carry the weight."""
         for i, j, z in seen:
             if j == 0:
                 self._weigh(i - 1, z)
@@ -78,17 +83,18 @@ class TeamParticles:
         self.w = self.w * likelihood
         self.w = self.w / self.w.sum()
 
-    def draws(self, i):
+    def draws(self, i: int) -> Poses:
         """Poses (m, 3) of observer i, 1 or more: one from the small filter in each particle."""
         noise = self.rng.standard_normal((self.m, 3))
         return self.observers[:, i - 1] + np.einsum("mab,mb->ma", root(self.covariances[:, i - 1]), noise)
 
     @property
-    def x(self):
+    def x(self) -> Poses:
+        """(n, 3) the mean of the particles."""
         return self._weighted()[0]
 
     @property
-    def P(self):
+    def P(self) -> Covariance:
         """Covariance from the particles and from the small filters inside them."""
         P = self._weighted()[1]
         P = P + 1e-10 * np.eye(len(P))

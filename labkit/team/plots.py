@@ -1,18 +1,24 @@
 """Pictures of a team: paths in the hall, errors over time, a formation with its slots."""
 
+from collections.abc import Sequence
 from itertools import cycle
+from typing import Self
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from ..geometry import align, rotation, transform
+from ..geometry import Array, Covariance, Poses, align, rotation, transform
 from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION, arrow, outlines
 from ..world import located
-from .formation import lagging, slots
+from .formation import FormationRun, lagging, slots
+from .log import TeamLog
 
 COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9")
 
 
-def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"):
+def draw_paths(
+    ax: Axes, truth: Poses, believed: Poses | None = None, title: str = "", what: str = "estimate", true: str = "truth"
+) -> None:
     """True paths (N+1, n, 3), in lines, and what was believed of them, dashed; robots where they end.
 
     what, true: what the two are called in the legend.
@@ -31,16 +37,17 @@ def draw_paths(ax, truth, believed=None, title="", what="estimate", true="truth"
     ax.margins(0.08)
 
 
-def draw_readings(ax, log, poses, color=ORANGE):
+def draw_readings(ax: Axes, log: TeamLog, poses: Poses, color: str = ORANGE) -> None:
     """Where each reading places its target, in the frame of the poses (N+1, n, 3) of those who saw it."""
     points = []
     for k, seen in enumerate(log.measurements(), 1):
         points += [located(poses[k, i, :2], z + [0, poses[k, i, 2]], "rb") for i, _, z in seen]
-    points = np.array(points).reshape(-1, 2)
-    ax.plot(*points.T, ".", color=color, ms=2, alpha=0.5, label="readings")
+    ax.plot(*np.array(points).reshape(-1, 2).T, ".", color=color, ms=2, alpha=0.5, label="readings")
 
 
-def draw_errors(ax, times, errors, limit=None, of="robot 0"):
+def draw_errors(
+    ax: Axes, times: Array, errors: dict[str, Array], limit: float | None = None, of: str = "robot 0"
+) -> None:
     """Several errors (N+1,) [m] over time: {name: values}; of whom, for the label."""
     for (name, values), color, style in zip(errors.items(), cycle(COLORS), cycle(["-", "--", "-.", ":"])):
         ax.plot(times[: len(values)], 100 * np.asarray(values), style, color=color, lw=1.2, label=name)
@@ -48,9 +55,9 @@ def draw_errors(ax, times, errors, limit=None, of="robot 0"):
     ax.legend(fontsize=8, frameon=False)
 
 
-def draw_formation(ax, run, steps, title=""):
+def draw_formation(ax: Axes, run: FormationRun, steps: Sequence[int], title: str = "") -> None:
     """A formation's way, and its triangle at some steps, by the true poses."""
-    truth = run.log.truth
+    truth = run.truth
     for i in range(truth.shape[1]):
         ax.plot(
             *truth[:, i, :2].T, "-", color=COLORS[i], lw=1, alpha=0.7, label="leader" if i == 0 else f"follower {i}"
@@ -70,8 +77,8 @@ def draw_formation(ax, run, steps, title=""):
 class FormationPanel:
     """One moment of a formation in the common frame: robots, slots, and the filter's 3-sigma ellipses."""
 
-    def __init__(self, ax, run, title=""):
-        points = run.log.truth[..., :2].reshape(-1, 2)
+    def __init__(self, ax: Axes, run: FormationRun, title: str = ""):
+        points = run.truth[..., :2].reshape(-1, 2)
         low, high = points.min(axis=0) - 1, points.max(axis=0) + [1, 1.6]  # above, room for the legend
         ax.set_aspect("equal")
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
@@ -87,8 +94,9 @@ class FormationPanel:
         ax.legend(loc="upper center", fontsize=8, frameon=False, ncols=3)
         self.headings = lagging(run.believed[:, 0, 2])
 
-    def show(self, run, k, P=None):
-        truth, x = run.log.truth, run.believed[k]
+    def show(self, run: FormationRun, k: int, P: Covariance | None = None) -> Self:
+        """Fill the panel with step k, and with the ellipses of P (3n, 3n) if there is one."""
+        truth, x = run.truth, run.believed[k]
         angle, shift = align(run.believed[: k + 2, :, :2].reshape(-1, 2), truth[: k + 2, :, :2].reshape(-1, 2))
         x = transform(x, angle, shift)
         for i, (trail, robot) in enumerate(zip(self.trails, self.robots)):

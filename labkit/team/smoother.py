@@ -1,5 +1,4 @@
-"""The smoother: the best that can be made of a whole run afterwards, by which filters, which know only the past, are
-measured."""
+"""The smoother: the best that can be made of a run afterwards, by which filters, which know the past, are measured."""
 
 from collections.abc import Callable
 

@@ -1,12 +1,14 @@
 """Robots on wheels in an empty hall that see one another with laser scanners."""
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..geometry import compose, wrap
-from .log import recorded
+from ..geometry import Angle, Array, Motion, Seed, compose, wrap
+from .log import Reading, TeamLog, recorded
 
 DT = 0.2  # [s] the scanners turn five times a second
 SPEED, TURN = 0.3, 0.6  # [m/s], [rad/s] of a robot on its way
@@ -41,11 +43,11 @@ class TeamNoise:
             if not (isinstance(value, Real) and 0 <= value <= 10):
                 raise ValueError(f"{name} must be a number from 0 to 10, but it is {value!r}")
 
-    def of_bearing(self, r):
+    def of_bearing(self, r: float | Array) -> float | Array:
         """Standard deviation [rad] of a bearing at the range r [m]."""
         return np.hypot(self.bearing, self.lateral / np.maximum(r, 0.1))
 
-    def of_step(self, u):
+    def of_step(self, u: Motion) -> Array:
         """Standard deviations (..., 3) [m, m, rad] of the odometry u (..., 3) of one step."""
         u = np.asarray(u, dtype=float)
         way, turned = np.hypot(u[..., 0], u[..., 1]), np.abs(u[..., 2])
@@ -58,12 +60,23 @@ class Team:
     """Robots that drive, and look at each other.
 
     poses (n, 3): where they start, world frame.  sees: pairs (observer, target) of positions in the list, by default
-    all.  fov: [rad] how wide scanners look ahead, of all or of each (n,).  reach: [m].  spurious: (x, y, width, height, probability) of a
-    region of the hall in which a reading is false with that probability.  dark: (first, last) steps without sight.
-    rng: a numpy Generator, or a seed for one.
+    all.  fov: [rad] how wide scanners look ahead, of all or of each (n,).  reach: [m].
+    spurious: (x, y, width, height, probability) of a region of the hall in which a reading is false with that
+    probability.  dark: (first, last) steps without sight.  rng: a numpy Generator, or a seed for one.
+    Raises ValueError, with the argument's name, for what cannot be.
     """
 
-    def __init__(self, poses, noise=None, sees=None, fov=np.pi, reach=15.0, spurious=None, dark=None, rng=None):
+    def __init__(
+        self,
+        poses: ArrayLike,
+        noise: TeamNoise | None = None,
+        sees: Iterable[tuple[int, int]] | None = None,
+        fov: Angle = np.pi,
+        reach: float = 15.0,
+        spurious: tuple | None = None,
+        dark: tuple[int, int] | None = None,
+        rng: Seed = None,
+    ):
         self.poses = np.array(poses, dtype=float)
         if self.poses.ndim != 2 or self.poses.shape[1] != 3 or len(self.poses) < 2 or not np.isfinite(self.poses).all():
             raise ValueError(
@@ -89,10 +102,11 @@ class Team:
         self.step = 0
 
     @property
-    def n(self):
+    def n(self) -> int:
+        """How many robots."""
         return len(self.poses)
 
-    def drive(self, commands):
+    def drive(self, commands: Array) -> Motion:
         """One step with commands (n, 2), forward velocity [m/s] and turn rate [rad/s]; the odometry (n, 3) of it."""
         way, turned = (np.asarray(commands, dtype=float) * DT).T
         u = np.stack([way * np.cos(turned / 2), way * np.sin(turned / 2), turned], axis=-1)
@@ -103,7 +117,7 @@ class Team:
         told[:, 2] += drift * abs(way)
         return told + self.noise.of_step(u) * self.rng.standard_normal(u.shape)
 
-    def look(self):
+    def look(self) -> list[Reading]:
         """What is seen now: a list of (observer, target, (2,) range [m] and bearing [rad])."""
         if self.dark and self.dark[0] <= self.step < self.dark[1]:
             return []
@@ -132,7 +146,7 @@ class Team:
         px, py = self.poses[j, :2]
         return x <= px <= x + width and y <= py <= y + height and self.rng.random() < probability
 
-    def record(self, control, steps, name="simulated team"):
+    def record(self, control: Callable[["Team"], Array], steps: int, name: str = "simulated team") -> TeamLog:
         """A TeamLog of `steps` steps; control(team) gives the commands (n, 2) of each."""
         if steps < 1:
             raise ValueError(f"a run needs at least one step, but steps is {steps}")
@@ -150,10 +164,11 @@ class Route:
     ways: {robot: [(x, y), ...]};  start: {robot: step at which it sets off}.
     """
 
-    def __init__(self, ways, start=None):
+    def __init__(self, ways: Mapping[int, Sequence], start: dict[int, int] | None = None):
         self.ways, self.start = {i: list(way) for i, way in ways.items()}, start or {}
 
-    def __call__(self, team):
+    def __call__(self, team: Team) -> Array:
+        """Commands (n, 2) of a step, forward velocity [m/s] and turn rate [rad/s]; ValueError for a robot too many."""
         commands = np.zeros((team.n, 2))
         for i, way in self.ways.items():
             if not 0 <= i < team.n:
