@@ -362,10 +362,3 @@ def test_two_graders_do_not_share_a_folder(small):
     with _alone(small / "out"):
         done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
     assert done.returncode == 2 and "Another labkit grade" in done.stderr
-
-
-def test_an_unknown_lab_is_told(small):
-    done = subprocess.run(
-        [*command(small / "class", "--out", small / "out")[:-1], "09_nothing"], capture_output=True, text=True, env=ENV
-    )
-    assert done.returncode == 2 and "01_cartesian_ekf" in done.stderr

@@ -25,7 +25,7 @@ def notebook(paper: "Paper", done: Sequence[Container[str]]) -> dict[str, Any]:
 
     done: for each student the ids of the checks that have a mark already and are left out.
     """
-    start = f"from labkit.instructor.exam.kernel import Batch\nbatch = Batch('.', {paper.exam}, get_ipython())"
+    start = "from labkit.instructor.exam.kernel import Batch\nbatch = Batch('.', exam, get_ipython())"
     cells = [_setup(paper.setup, "setup"), _setup(start, "start")]
     for number, marked in enumerate(done):
         for cell in paper.cells:

@@ -4,10 +4,11 @@ import ast
 import hashlib
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...notebook.read import read as read_notebook
+from ...notebook.read import Cell, NotebookError, read as read_notebook
 from ..authoring.spec import imports
 from ..records import Check, CommandError
 from .exam import ROOT
@@ -15,7 +16,10 @@ from .exam import ROOT
 
 @dataclass(frozen=True)
 class CheckCell:
-    """A cell that every student's code meets: a check, or (without points) the figure's."""
+    """A cell that every student's code meets: a check, or (without points) the figure's.
+
+    printed: what it prints when it passes;  uses: those of the students' names that stand in it.
+    """
 
     id: str
     title: str
@@ -23,7 +27,7 @@ class CheckCell:
     hidden: bool
     source: str
     printed: str
-    uses: tuple
+    uses: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -36,73 +40,105 @@ class Paper:
     lab: str
     title: str
     setup: str
-    exam: str
-    cells: list
-    checks: list
-    released: list
-    subjects: list
+    cells: list[CheckCell]
+    checks: list[Check]
+    released: list[Cell]
+    subjects: list[str]
     digest: str
 
 
-def read(lab, root=ROOT):
+def read(lab: str, root: Path = ROOT) -> Paper:
     """The Paper of a lab. Raises CommandError if there is none or if it cannot be used."""
-    solution, student = Path(root) / "solutions" / f"{lab}.ipynb", Path(root) / "notebooks" / f"{lab}.ipynb"
-    if not solution.is_file() or not student.is_file():
-        known = ", ".join(sorted(p.stem for p in (Path(root) / "solutions").glob("[0-9]*.ipynb")))
+    book, released = _books(lab, root)
+    subjects = _subjects(book)
+    setup = _setup(book)
+    cells = [_check_cell(cell, subjects) for cell in book if _is_check_cell(cell)]
+    checks = [_check(cell, book) for cell in book if _points(cell) is not None]
+    if not any(not check.hand for check in checks):
+        raise CommandError(f"solutions/{lab}.ipynb has no check with points.")
+    shown = {cell.id for cell in released}
+    if missing := [check.id for check in checks if not check.hidden and check.id not in shown]:
+        raise CommandError(f"notebooks/{lab}.ipynb lacks {missing[0]}: run `labkit build`.")
+    if silent := [cell.id for cell in cells if cell.points is not None and not cell.printed]:
+        raise CommandError(
+            f"solutions/{lab}.ipynb: the check '{silent[0]}' has no output to compare with: run `labkit build`."
+        )
+    cells.sort(key=lambda cell: cell.points is not None)  # figures first, before anything secret is asked
+    title = next((c.source.lstrip("# ").splitlines()[0] for c in book if c.source.startswith("# ")), lab)
+    digest = _digest(setup, cells, released)
+    return Paper(lab, title, "\n".join(setup), cells, checks, released, subjects, digest)
+
+
+def _books(lab, root):
+    """The cells of the solution and of the students' notebook."""
+    paths = root / "solutions" / f"{lab}.ipynb", root / "notebooks" / f"{lab}.ipynb"
+    if not all(path.is_file() for path in paths):
+        known = ", ".join(sorted(path.stem for path in (root / "solutions").glob("[0-9]*.ipynb")))
         raise CommandError(
             f"There is no lab {lab!r} with a solution; there are: {known or 'none (is this the full kit?)'}."
         )
-    book, released = read_notebook(solution), read_notebook(student)
-    shown = {cell.id for cell in released}
-    subjects = _defined([cell.source for cell in book if cell.role == "answer" and cell.code])
-    setup, cells, checks = [], [], []
-    needed = {word for cell in book if cell.code and "hidden" in cell.tags for word in re.findall(r"\w+", cell.source)}
-    for cell in book:
-        marks = cell.metadata.get("nbgrader", {})
-        hidden = "hidden" in cell.tags
-        if cell.code and "setup" in cell.tags:
-            setup.append(cell.source if hidden else imports(cell.source, needed))
-        elif cell.code and hidden or marks.get("grade") and cell.code:
-            points = float(marks["points"]) if marks.get("grade") else None
-            title = cell.metadata.get("title", cell.id)
-            if points is not None and not cell.printed:
-                raise CommandError(
-                    f"{solution.name}: the check '{cell.id}' has no output to compare with: run `labkit build`."
-                )
-            uses = _uses(cell.source, subjects)
-            cells.append(CheckCell(cell.id, title, points, hidden, cell.source, cell.printed, uses))
-            if points is not None:
-                checks.append(Check(cell.id, title, points, hidden=hidden))
-        elif marks.get("grade"):
-            rubric = next((c.source for c in book if c.id == cell.id.replace("answer", "rubric")), "")
-            title = cell.metadata.get("title", cell.id)
-            question = _question(book, cell.id)
-            checks.append(Check(cell.id, title, float(marks["points"]), True, False, question, rubric))
-    if not any(not check.hand for check in checks):
-        raise CommandError(f"{solution.name} has no check with points.")
-    cells.sort(key=lambda cell: cell.points is not None)  # figures first, before anything secret is asked
-    title = next((c.source.lstrip("# ").splitlines()[0] for c in book if c.source.startswith("# ")), lab)
-    parts = [setup, [(c.id, c.source, c.printed, c.points) for c in cells], [c.source for c in released]]
-    digest = hashlib.sha256(json.dumps(parts).encode()).hexdigest()
-    missing = [c.id for c in checks if not c.hidden and c.id not in shown]
-    if missing:
-        raise CommandError(f"notebooks/{lab}.ipynb lacks {missing[0]}: run `labkit build`.")
-    return Paper(lab, title, "\n".join(setup), "exam", cells, checks, released, subjects, digest)
+    try:
+        return [read_notebook(path) for path in paths]
+    except NotebookError as error:
+        raise CommandError(f"{error} `labkit build` makes it anew.") from None
 
 
-def _defined(sources):
-    nodes = [node for source in sources for node in ast.parse(source).body]
+def _points(cell):
+    """What a cell counts, or None if it gives no points."""
+    marks = cell.metadata.get("nbgrader", {})
+    return float(marks["points"]) if marks.get("grade") else None
+
+
+def _is_hidden(cell):
+    return "hidden" in cell.tags
+
+
+def _is_setup(cell):
+    return cell.code and "setup" in cell.tags
+
+
+def _is_check_cell(cell):
+    return cell.code and not _is_setup(cell) and (_is_hidden(cell) or _points(cell) is not None)
+
+
+def _setup(book):
+    """The sources that run first; of what students see, only the imports that hidden cells need."""
+    hidden = [cell.source for cell in book if cell.code and _is_hidden(cell)]
+    needed = {word for source in hidden for word in re.findall(r"\w+", source)}
+    return [cell.source if _is_hidden(cell) else imports(cell.source, needed) for cell in book if _is_setup(cell)]
+
+
+def _subjects(book):
+    """The names that answers define, in order."""
+    nodes = [node for cell in book if cell.code and cell.role == "answer" for node in ast.parse(cell.source).body]
     return [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
 
 
-def _uses(source, subjects):
-    """Which of the students' names a check cell uses."""
-    names = {node.id for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Name)}
-    return tuple(name for name in subjects if name in names)
+def _check_cell(cell, subjects):
+    names = {node.id for node in ast.walk(ast.parse(cell.source)) if isinstance(node, ast.Name)}
+    uses = tuple(name for name in subjects if name in names)
+    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses)
 
 
-def _question(cells, id):
+def _check(cell, book):
+    """The Check of a cell with points: a check cell, or the answer to a written question."""
+    if cell.code:
+        return Check(cell.id, _title(cell), _points(cell), hidden=_is_hidden(cell))
+    rubric = next((other.source for other in book if other.id == cell.id.replace("answer", "rubric")), "")
+    return Check(cell.id, _title(cell), _points(cell), True, False, _question(book, cell.id), rubric)
+
+
+def _title(cell):
+    return cell.metadata.get("title", cell.id)
+
+
+def _question(book: Sequence[Cell], id: str) -> str:
     """The text before an answer cell: the question."""
-    at = next(i for i, cell in enumerate(cells) if cell.id == id)
-    texts = [c.source for c in cells[:at] if not c.code and "Question" in c.source]
+    at = next(i for i, cell in enumerate(book) if cell.id == id)
+    texts = [cell.source for cell in book[:at] if not cell.code and "Question" in cell.source]
     return texts[-1] if texts else ""
+
+
+def _digest(setup, cells, released):
+    parts = [setup, [(c.id, c.source, c.printed, c.points) for c in cells], [c.source for c in released]]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
