@@ -5,11 +5,12 @@ import importlib
 import os
 import sys
 import threading
+from argparse import Namespace
 from pathlib import Path
 
 from .console import Progress
 from .exam import pool
-from .exam.paper import read as read_paper
+from .exam.paper import Paper, read as read_paper
 from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
 from .records import CommandError
@@ -17,11 +18,12 @@ from .report import hand_marks
 from .report.gradebook import Gradebook
 from .report.names import labels
 from .sandbox.choose import choose
+from .sandbox.launch import Sandbox
 
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
 
 
-def main(args):
+def main(args: Namespace) -> int:
     """Run the command with parsed arguments; returns the exit status."""
     try:
         return grade(args)
@@ -33,7 +35,7 @@ def main(args):
         return 130
 
 
-def grade(args):
+def grade(args: Namespace) -> int:
     """Collect, grade what is not graded yet, and write everything out. Raises CommandError."""
     paper = read_paper(args.lab)
     out = Path(args.out)
@@ -81,23 +83,12 @@ def _alone(out):
         yield
 
 
-def take_hand_marks(book, path):
+def take_hand_marks(book: Gradebook, path: Path) -> None:
     """Take the points that a person filled in in grades.csv into the gradebook. Raises CommandError for bad ones."""
     snapshots = book.written()
     if not path.exists() or not snapshots:
         return
-    found, notes, problem = None, [], None
-    for written in snapshots:  # the newer one first; the file may still be the one before it
-        told = []
-        try:
-            marks = hand_marks.read_hand_marks(path, written, told)
-        except CommandError as error:
-            problem = problem or error
-            continue
-        if found is None or len(marks) < len(found):
-            found, notes = marks, told
-    if found is None:
-        raise problem
+    found, notes = _hand_marks(path, snapshots)
     now = {
         (label, result.lab): result
         for lab in book.labs()
@@ -114,7 +105,23 @@ def take_hand_marks(book, path):
         print(f"Note: {note}")
 
 
-def register(book, paper, submissions, args):
+def _hand_marks(path, snapshots):
+    """(marks, notes) that differ least from what was written, or from what was written before."""
+    readings, problems = [], []
+    for written in snapshots:  # the newer one first; the file may still be the one before it
+        notes = []
+        try:
+            readings.append((hand_marks.read_hand_marks(path, written, notes), notes))
+        except CommandError as error:
+            problems.append(error)
+    if not readings:
+        raise problems[0]
+    return min(readings, key=lambda reading: len(reading[0]))
+
+
+def register(
+    book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace
+) -> tuple[list[pool.Job], list[str]]:
     """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
     entries, unfits, notes = submissions.survey(paper.lab)
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
@@ -178,15 +185,17 @@ def _asked_for(regrade, entry):
     return any(name in names for name in regrade or ())
 
 
-def work(book, paper, sandbox, jobs, here, args):
-    """Grade the jobs; each mark goes into the gradebook as it comes."""
+def work(
+    book: Gradebook, paper: Paper, sandbox: Sandbox, jobs: list[pool.Job], here: pool.Local | None, args: Namespace
+) -> None:
+    """Grade the jobs, here or on a cluster; each mark goes into the gradebook as it comes."""
     room = pool.Room(paper, book.seed, pool.way(sandbox), {"call": args.call, "total": args.total})
-    if args.scheduler:
+    if here:
+        news = here.grade(room, jobs)
+    else:
         from .exam.cluster import remote
 
         news = remote(room, jobs, args.scheduler)
-    else:
-        news = here.grade(room, jobs)
     progress = Progress(len(jobs))
     for kind, id, item in news:
         if kind == "mark":
@@ -209,6 +218,6 @@ def work(book, paper, sandbox, jobs, here, args):
     progress.end()
 
 
-def cores():
+def cores() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

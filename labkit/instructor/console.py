@@ -10,12 +10,13 @@ from .report import texts
 class Progress:
     """A line for each student, and on a terminal a bar with the time that is left."""
 
-    def __init__(self, total):
+    def __init__(self, total: int) -> None:
         self.total, self.done, self.start = total, 0, time.monotonic()
         self.bar = sys.stderr.isatty()
         self._draw()
 
-    def tell(self, result):
+    def tell(self, result: records.Result) -> None:
+        """Print the line of one student, who is graded."""
         self.done += 1
         if self.bar:
             sys.stderr.write("\r\x1b[K")
@@ -37,7 +38,8 @@ class Progress:
         sys.stderr.write(f"\r\x1b[K[{'#' * filled}{'-' * (24 - filled)}] {self.done} of {self.total}, {text}")
         sys.stderr.flush()
 
-    def end(self):
+    def end(self) -> None:
+        """Take the bar away."""
         if self.bar:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()

@@ -2,9 +2,10 @@
 
 import argparse
 from datetime import datetime
+from typing import Any
 
 
-def add(commands) -> None:
+def add(commands: Any) -> None:
     """Add `build`, `grade`, `release` and `sandbox` to the subcommands of `labkit`, as argparse keeps them."""
     _add_grade(commands)
     make = commands.add_parser("release", help="make what students get (instructors)")

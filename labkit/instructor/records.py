@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from datetime import datetime
 
+import numpy as np
+
 PASSED, FAILED, NOT_RUN, ERROR = "passed", "failed", "not run", "error"
 OPEN, BY_HAND = "open", "by hand"
 
@@ -47,7 +49,7 @@ class Mark:
     max_points: float
     status: str
     reason: str = ""
-    lines: tuple = ()
+    lines: tuple[str, ...] = ()
     mistake: str = ""
 
 
@@ -72,24 +74,25 @@ class Result:
     source: str = ""
     when: datetime | None = None
     late: bool = False
-    notes: list = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     level: int = 0
     problem: str = ""
-    marks: list = field(default_factory=list)
-    answers: dict = field(default_factory=dict)
-    figure: dict = field(default_factory=dict)
+    marks: list[Mark] = field(default_factory=list)
+    answers: dict[str, str] = field(default_factory=dict)
+    figure: dict[str, np.ndarray] = field(default_factory=dict)
     id: int = 0
 
     @property
-    def points(self):
+    def points(self) -> float:
         """The sum of what is marked so far."""
         return sum(mark.points or 0 for mark in self.marks)
 
     @property
-    def max_points(self):
+    def max_points(self) -> float:
+        """The sum of what all checks can give."""
         return sum(mark.max_points for mark in self.marks)
 
     @property
-    def open(self):
+    def open(self) -> int:
         """How many written answers wait to be read."""
         return sum(mark.points is None for mark in self.marks)

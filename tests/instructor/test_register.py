@@ -7,11 +7,13 @@ from datetime import datetime
 
 import pytest
 
-from labkit.instructor.command import register
+from labkit.instructor.command import register, take_hand_marks
 from labkit.instructor.exam import paper
 from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.intake.submission import LONGEST
+from labkit.instructor.records import BY_HAND, OPEN, CommandError, Mark
 from labkit.instructor.report.gradebook import Gradebook
+from labkit.instructor.report.tables import GRADES
 
 from helpers.classroom import LAB, as_file, filled
 
@@ -62,3 +64,22 @@ def test_a_late_hand_in_is_told_or_does_not_count(tmp_path):
     assert ada.late and ada.notes == ["Handed in late."]
     jobs, _, (ada,) = registered(tmp_path, due=datetime(2026, 11, 20), late="ignore")
     assert not jobs and ada.problem == "It was handed in late, and late hand-ins do not count."
+
+
+def test_marks_by_hand_are_taken_from_the_table_that_was_written_last_or_before(tmp_path):
+    hand_in(tmp_path, filled(answer_q1="An answer."))
+    registered(tmp_path)
+    table = tmp_path / "grades.csv"
+    with closing(Gradebook(tmp_path / "gradebook.db")) as grades:
+        (ada,) = grades.results(LAB)
+        ada.marks = [Mark("answer-q1", None, 2.0, OPEN)]
+        table.write_text(f"{','.join(GRADES)}\nAda,{LAB},answer-q1,1.5,2,open,Good.\n")
+        for _ in range(2):
+            grades.wrote([ada])
+            take_hand_marks(grades, table)
+            (now,) = grades.results(LAB)
+            assert [(mark.points, mark.reason) for mark in now.marks if mark.status == BY_HAND] == [(1.5, "Good.")]
+            ada = now
+        table.write_text(table.read_text().replace("1.5", "7"))
+        with pytest.raises(CommandError, match="more than"):
+            take_hand_marks(grades, table)

@@ -5,6 +5,7 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 """
 
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -14,17 +15,17 @@ from ...checks.trace import run
 from .. import files
 from ..records import CommandError
 from . import percent
-from .spec import answers, build, definitions
+from .spec import Check, answers, build, definitions
 
 
-def generate(root):
+def generate(root: Path) -> dict[str, dict]:
     """{name: data} of all checks, made from the solutions under `root`."""
     checks = definitions(root)
     sources = {lab: answers(percent.cells(root / "solutions" / f"{lab}.py")) for lab in {check.lab for check in checks}}
     return {check.name: make(check, sources[check.lab]) for check in checks}
 
 
-def make(check, source):
+def make(check: Check, source: str) -> dict:
     """The data of one check, verified: right forms pass, each mistake fails clearly and is named."""
     scenarios, problems = [dict(s) for s in check.scenarios], []
     traces = _run(check, source, ())
@@ -135,7 +136,7 @@ def _shake(value, k):
     return value * (1 + 1e-9 * np.sin(7.0 * k)) if isinstance(value, float) else value
 
 
-def as_text(data):
+def as_text(data: dict) -> str:
     """JSON with a line for each scenario and each form of a mistake, so that a change shows as a small diff."""
 
     def line(value):
@@ -150,7 +151,7 @@ def as_text(data):
     return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]}}\n'
 
 
-def write(root, folder=DATA):
+def write(root: Path, folder: Path = DATA) -> list[str]:
     """Write the data of all checks; leave alone what is alike, and remove those of checks that are gone."""
     made = generate(root)
     folder.mkdir(exist_ok=True)
@@ -163,7 +164,7 @@ def write(root, folder=DATA):
     return sorted(made)
 
 
-def stale(root, folder=DATA):
+def stale(root: Path, folder: Path = DATA) -> list[str]:
     """Names of the checks whose stored data are not what the solutions give today."""
     return _unlike(generate(root), folder)
 
