@@ -11,7 +11,8 @@ from typing import Any
 
 from .checks.feedback import FilterError
 from .geometry import rotation, wrap
-from .log import History, Log, make_filter, replay, simulate
+from .history import History, make_filter, replay
+from .log import Log, simulate
 from .robot import Robot
 from .world import Landmark, Map, random_map
 

@@ -1,22 +1,14 @@
-"""One recorded run, simulated or real, and a filter's history over it."""
+"""One recorded run of a robot, simulated or real."""
 
-import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from .checks.feedback import FilterError, LabError, explain
-from .geometry import Array, Covariance, Covariances, Measurements, Points, Seed, as_covariance, root
+from .geometry import Array, Covariance, Measurements, Points, Seed, as_covariance, root
+from .history import History
 from .robot import Robot, add_noise
 from .world import SENSORS, Landmark, Map, positions, sensed
-
-if TYPE_CHECKING:
-    from .team.log import TeamLog
-
-START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
-START_COV = 3.0 * np.eye(2)  # ... give or take 1.7 m
 
 
 @dataclass(frozen=True)
@@ -102,7 +94,7 @@ class Log:
         ends = np.cumsum(self.count).tolist()
         return [landmarks[a:b] for a, b in zip([0, *ends], ends)]
 
-    def judge(self, history: "History") -> None:
+    def judge(self, history: History) -> None:
         """What `replay` asks of what a filter believed: of one robot, nothing more than numbers."""
 
     def seen_by(self, sensor: str, R: Covariance, range: float | None = None, rng: Seed = None) -> "Log":
@@ -112,27 +104,6 @@ class Log:
         R, reach = as_covariance(R, "R"), range or self.range or np.inf
         seen = look(self.truth[1:, :2], self.map, sensor, R / self.dt, reach, np.random.default_rng(rng))
         return replace(self, **seen, sensor=sensor, R=R, range=reach)
-
-
-@dataclass(frozen=True)
-class History:
-    """What a filter believed along a log of N steps.
-
-    times (N+1,) [s];  x (N+1, n) means;  P (N+1, n, n) covariances; entry 0 is the start.
-    x_prior (N, n), P_prior (N, n, n): after `predict`, before `update`.
-    R (2, 2): the covariance of one landmark that the filter used, or None if it has no field R.
-    d2, gate: N lists of the squared distances of each step's readings, and the gate, if it has these fields.
-    Of a team of robots: x (N+1, robots, 3) and x_prior (N, robots, 3), with covariances of all their numbers.
-    """
-
-    times: Array
-    x: Array
-    P: Covariances
-    x_prior: Array
-    P_prior: Covariances
-    R: Covariance | None
-    d2: Sequence[list] = ()
-    gate: float = np.inf
 
 
 def simulate(robot: Robot, map: Map, steps: int | None = None) -> Log:
@@ -170,102 +141,3 @@ def look(path: Points, map: Map, sensor: str, R: Covariance, range: float, rng: 
     values = add_noise(sensed(offset[step, which], sensor), R, sensor, rng)
     ids = np.array([landmark.id for landmark in map])
     return {"seen_step": step, "seen_id": ids[which] if len(ids) else which, "seen": values}
-
-
-def make_filter(
-    KF: Callable,
-    log: Any,
-    Q: Covariance | None = None,
-    R: Covariance | None = None,
-    x0: Array = START,
-    P0: Covariance = START_COV,
-    noise: Any = None,
-    **options: Any,
-) -> Any:
-    """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given.
-
-    noise: for robots with odometry, whose filters are made as KF(x0, P0, map, noise), of a team as KF(x0, P0, noise):
-    see labkit.legged.Noise and labkit.team.TeamNoise.  options: what else the class takes by name.
-    """
-    if noise is not None:
-        known = [log.map] if isinstance(log, Log) else []
-        return made(lambda: KF(np.array(x0), np.array(P0), *known, noise, **options))
-    Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
-    if Q is None or R is None:
-        raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
-    return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt, **options))
-
-
-def made(make: Callable[[], Any]) -> Any:
-    """What make() gives, a filter of a student's class; raises FilterError with what went wrong and where."""
-    try:
-        return make()
-    except Exception as error:
-        raise FilterError(f"Your filter could not be made. {explain(error)}") from error
-
-
-def replay(kf: Any, log: "Log | TeamLog") -> History:
-    """Run a filter over a recorded log and return its History.
-
-    kf: any object with `predict(u)`, `update(y)` and the two `fields` of such a log: `xk_k` (n,) and `Pk_k` (n, n), or
-    of a team of n robots `x` (n, 3) and `P` (3n, 3n).
-    Raises FilterError, with the step and the student's own line, when the filter raises or when what it leaves there
-    is no estimate.
-    """
-    steps, k, shapes, d2 = len(log), -1, _shapes(log, 2), []
-
-    def keep(row, *into):
-        for name, array in zip(log.fields, into):
-            value = getattr(kf, name)
-            if np.shape(value) != shapes[name]:
-                raise ValueError(_shape_problem(kf, shapes))
-            array[row] = value
-
-    try:
-        shapes = _shapes(log, len(getattr(kf, log.fields[0])))
-        x, P = (np.empty((steps + 1, *shape)) for shape in shapes.values())
-        x_prior, P_prior = np.empty_like(x[1:]), np.empty_like(P[1:])
-        keep(0, x, P)
-        for k, (u, y) in enumerate(zip(log.controls.copy(), log.measurements())):
-            kf.predict(u)
-            keep(k, x_prior, P_prior)
-            kf.update(y)
-            keep(k + 1, x, P)
-            d2.append(_as_list(getattr(kf, "d2", ())))
-    except NotImplementedError as error:
-        raise FilterError(explain(error)) from error
-    except Exception as error:
-        problem = explain(error) if isinstance(error, LabError) else _shape_problem(kf, shapes) or explain(error)
-        raise FilterError(f"Your filter stopped in step {k + 1} of {steps}.\n{problem}") from error
-    bad = ~np.isfinite(np.concatenate([x.reshape(steps + 1, -1), P.reshape(steps + 1, -1)], axis=1)).all(axis=1)
-    if bad.any():
-        raise FilterError(
-            f"After step {int(bad.argmax())} of {steps} your filter's estimate is not a number "
-            "(NaN or infinite). Look for a division by zero or a covariance that grows without end."
-        )
-    R = getattr(kf, "R", None)
-    R = None if R is None else np.array(R, dtype=float)
-    history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf))
-    log.judge(history)
-    return history
-
-
-def _shapes(log, n):
-    """{field: shape} of mean and covariance: as the log has it, or of n numbers."""
-    shape = log.shape or (n,)
-    return dict(zip(log.fields, (shape, 2 * (math.prod(shape),))))
-
-
-def _as_list(value):
-    return list(value) if isinstance(value, list | tuple | np.ndarray) else []
-
-
-def _shape_problem(kf, shapes):
-    for name, due in shapes.items():
-        try:
-            shape = np.shape(getattr(kf, name))
-        except Exception:
-            return f"{name} is missing or not an array of numbers."
-        if shape != due:
-            return f"{name} should have shape {due}, but it has shape {shape}."
-    return ""

@@ -5,19 +5,15 @@ Navigation" (2001), section 5.4.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .geometry import Array, wrap
-from .log import History, Log
+from .history import AnyLog, History
+from .log import Log
 from .world import difference, sensed
-
-if TYPE_CHECKING:
-    from .team.log import TeamLog
-
-AnyLog = Union[Log, "TeamLog"]
 
 
 def errors(history: History, log: AnyLog) -> Array:

@@ -13,7 +13,8 @@ from matplotlib.axes import Axes
 
 from . import metrics
 from .geometry import Array, Covariance, Covariances, Point, Points, Pose, ellipse
-from .log import History, Log
+from .history import History
+from .log import Log
 from .world import Map, located, positions
 
 Box = tuple[float, float, float, float]

@@ -13,7 +13,8 @@ from . import metrics
 from .canvas import Canvas
 from .checks.feedback import FilterError
 from .explorer import Explorer, Kept, Screen, button, sliders
-from .log import START, START_COV, Log, make_filter, replay, simulate
+from .history import START, START_COV, make_filter, replay
+from .log import Log, simulate
 from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
 from .robot import HANDOUT_Q, HANDOUT_R, Robot
 from .world import random_map

@@ -15,8 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import labkit
-
 from ..world import Landmark, Map
 
 
@@ -204,14 +202,15 @@ def of(cls: type) -> tuple[str, Kind] | None:
 def _table(package):
     """The kinds of a lab's package, or of all labs, if it is ''."""
     if not package:
-        from ..log import Log  # it needs this package's sentences, so it cannot be loaded first
-
-        return {**KINDS, "log": run(Log)}
+        # By name, as it needs this package's sentences and cannot be loaded first.
+        return {**KINDS, "log": run(import_module("labkit.log").Log)}
     return import_module(f"labkit.{package}.kinds").KINDS
 
 
 def _has_kinds(package):
-    folders = labkit.__path__ if package.isidentifier() and package not in ("checks", "instructor") else ()
+    folders = (
+        import_module("labkit").__path__ if package.isidentifier() and package not in ("checks", "instructor") else ()
+    )
     return any(Path(folder, package, "kinds.py").is_file() for folder in folders)
 
 

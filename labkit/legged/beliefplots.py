@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
 from ..geometry import Motion, ellipse
-from ..log import replay
+from ..history import replay
 from ..plots import BLUE, GREEN, VERMILION, arrow
 from .field import FIELD, Field
 from .robot import FOV, FieldLog

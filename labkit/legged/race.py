@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Array, wrap
-from ..log import replay
+from ..history import replay
 from .robot import FieldLog
 
 SETTLED = 100  # steps after which a localizer that started from nothing should know where it is

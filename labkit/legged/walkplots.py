@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from .. import metrics
 from ..geometry import Array, Points
-from ..log import History
+from ..history import History
 from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow, legend_below, outlines
 from .field import BEACONS, FIELD, GOALS, Field
 from .robot import FieldLog

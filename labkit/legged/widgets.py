@@ -12,7 +12,7 @@ from .. import metrics
 from ..canvas import Canvas
 from ..checks.feedback import FilterError
 from ..explorer import Explorer, Screen, button, sliders
-from ..log import History, make_filter, replay
+from ..history import History, make_filter, replay
 from ..widgets import moments, player
 from .beliefplots import BeliefPanel, Watched, beliefs_along
 from .fuzzygrid import FuzzyGrid

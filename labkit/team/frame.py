@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 
 from ..geometry import Array, Poses, align, relative, transform
-from ..log import History
+from ..history import History
 from .log import TeamLog
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..checks.feedback import FilterError
 from ..geometry import Array, Poses, Seed, compose
-from ..log import History, Log
+from ..history import History
+from ..log import Log
 from ..world import Map
 from .warning import warn_of
 

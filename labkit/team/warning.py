@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 
-from ..log import History
+from ..history import History
 
 
 class FrameWarning(UserWarning):

@@ -11,7 +11,7 @@ import numpy as np
 from ..canvas import Canvas
 from ..explorer import Explorer, Screen, button, sliders
 from ..geometry import align, transform
-from ..log import made, replay
+from ..history import made, replay
 from ..metrics import nees_per_dimension
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player

@@ -176,7 +176,7 @@ CODE = [
     ),
     (
         "replaces replay",
-        "import labkit.log\nlabkit.log.replay = lambda kf, log: None",
+        "import labkit.history\nlabkit.history.replay = lambda kf, log: None",
         "",
         frozenset({"parts", "check"}),
         "",

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from labkit.history import make_filter
 from labkit.legged import FuzzyGrid, Hybrid, Memory, ParticleFilter, Triangulation
-from labkit.log import make_filter
 from labkit.notebook.answers import load_answer
 
 LAB = "04_legged_robot"

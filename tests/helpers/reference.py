@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from labkit.log import make_filter, replay, simulate
+from labkit.history import make_filter, replay
+from labkit.log import simulate
 from labkit.notebook.answers import load_answer
 from labkit.robot import HANDOUT_Q as Q, HANDOUT_R as R, Robot
 from labkit.world import Map, random_map

@@ -12,13 +12,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ... import checks, log
+from ... import checks
 from ...checks import CheckError
 from ...checks.compare import gap_of, nearest
 from ...checks.feedback import FilterError
 from ...checks.trace import OddResultError, Stop, Trace, as_value, run
 from ...geometry import Array
-from ...log import History
+from ...history import START, History, make_filter, replay
+from ...log import Log
 from ...notebook.read import read
 from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
@@ -99,7 +100,7 @@ class Exam:
         """The History of a student's (or the solution's) filter class over a log; as `same_run`."""
         if not isinstance(KF, Stand):
             return _run(KF, record, options)
-        mean, steps = np.shape(np.atleast_1d(options.get("x0", log.START))), len(record)
+        mean, steps = np.shape(np.atleast_1d(options.get("x0", START))), len(record)
         size = int(np.prod(mean))
         x, P = (steps, *mean), (steps, size, size)
         shapes = {"x": (steps + 1, *mean), "P": (steps + 1, size, size), "x_prior": x, "P_prior": P}
@@ -112,7 +113,7 @@ class Exam:
                 self.fail(f"Your filter's estimate has another shape than {mean} and ({size}, {size}).")
         return History(record.times, **{field: answer[field] for field in shapes}, R=None)
 
-    def figure(self, KF: type | Stand, record: log.Log, **options: Any) -> None:
+    def figure(self, KF: type | Stand, record: Log, **options: Any) -> None:
         """Keep the student's run over a log that all may know, for the picture on the feedback page."""
         if isinstance(KF, Stand):
             mine = self.history(KF, record, secret=False, **options)
@@ -194,7 +195,7 @@ class Exam:
 def _run(KF, record, options):
     with warnings.catch_warnings():  # what is printed to stderr would fail the cell
         warnings.simplefilter("ignore")
-        return log.replay(log.make_filter(KF, record, **options), record)
+        return replay(make_filter(KF, record, **options), record)
 
 
 def _inputs(data):

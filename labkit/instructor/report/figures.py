@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...canvas import Canvas
-from ...log import History, Log
+from ...history import History
+from ...log import Log
 from ...plots import BLUE, ORANGE, ErrorPanel, MapPanel, limits
 from ...world import Landmark, Map
 

@@ -1,0 +1,144 @@
+"""What a filter believed along a recorded run: a student's filter made, run over the log, and its history kept."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .checks.feedback import FilterError, LabError, explain
+from .geometry import Array, Covariance, Covariances
+
+START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
+START_COV = 3.0 * np.eye(2)  # ... give or take 1.7 m
+
+
+AnyLog = Any
+"""A `labkit.log.Log` of one robot, or a team's `labkit.team.TeamLog`: both offer what a filter and metrics ask for."""
+
+
+@dataclass(frozen=True)
+class History:
+    """What a filter believed along a log of N steps.
+
+    times (N+1,) [s];  x (N+1, n) means;  P (N+1, n, n) covariances; entry 0 is the start.
+    x_prior (N, n), P_prior (N, n, n): after `predict`, before `update`.
+    R (2, 2): the covariance of one landmark that the filter used, or None if it has no field R.
+    d2, gate: N lists of the squared distances of each step's readings, and the gate, if it has these fields.
+    Of a team of robots: x (N+1, robots, 3) and x_prior (N, robots, 3), with covariances of all their numbers.
+    """
+
+    times: Array
+    x: Array
+    P: Covariances
+    x_prior: Array
+    P_prior: Covariances
+    R: Covariance | None
+    d2: Sequence[list] = ()
+    gate: float = np.inf
+
+
+def make_filter(
+    KF: Callable,
+    log: AnyLog,
+    Q: Covariance | None = None,
+    R: Covariance | None = None,
+    x0: Array = START,
+    P0: Covariance = START_COV,
+    noise: Any = None,
+    **options: Any,
+) -> Any:
+    """An object of the student's class for this log: its map and dt, the robot's own Q and R unless given.
+
+    noise: for robots with odometry, whose filters are made as KF(x0, P0, map, noise), of a team as KF(x0, P0, noise):
+    see labkit.legged.Noise and labkit.team.TeamNoise.  options: what else the class takes by name.
+    """
+    if noise is not None:
+        known = [log.map] if hasattr(log, "map") else []  # a team has none
+        return made(lambda: KF(np.array(x0), np.array(P0), *known, noise, **options))
+    Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
+    if Q is None or R is None:
+        raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
+    return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt, **options))
+
+
+def made(make: Callable[[], Any]) -> Any:
+    """What make() gives, a filter of a student's class; raises FilterError with what went wrong and where."""
+    try:
+        return make()
+    except Exception as error:
+        raise FilterError(f"Your filter could not be made. {explain(error)}") from error
+
+
+def replay(kf: Any, log: AnyLog) -> History:
+    """Run a filter over a recorded log and return its History.
+
+    kf: any object with `predict(u)`, `update(y)` and the two `fields` of such a log: `xk_k` (n,) and `Pk_k` (n, n), or
+    of a team of n robots `x` (n, 3) and `P` (3n, 3n).
+    Raises FilterError, with the step and the student's own line, when the filter raises or when what it leaves there
+    is no estimate.
+    """
+    shapes, before, after, d2 = _shapes(log, 2), [], [], []
+    try:
+        shapes = _shapes(log, len(getattr(kf, log.fields[0])))
+        after.append(_estimate(kf, shapes))
+        for u, y in zip(log.controls.copy(), log.measurements()):
+            kf.predict(u)
+            before.append(_estimate(kf, shapes))
+            kf.update(y)
+            after.append(_estimate(kf, shapes))
+            d2.append(_as_list(getattr(kf, "d2", ())))
+    except NotImplementedError as error:
+        raise FilterError(explain(error)) from error
+    except Exception as error:
+        problem = explain(error) if isinstance(error, LabError) else _shape_problem(kf, shapes) or explain(error)
+        step = len(d2) + bool(after)
+        raise FilterError(f"Your filter stopped in step {step} of {len(log)}.\n{problem}") from error
+    x, P = _stacked(after, shapes)
+    x_prior, P_prior = _stacked(before, shapes)
+    bad = ~np.isfinite(np.concatenate([x.reshape(len(x), -1), P.reshape(len(x), -1)], axis=1)).all(axis=1)
+    if bad.any():
+        raise FilterError(
+            f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number "
+            "(NaN or infinite). Look for a division by zero or a covariance that grows without end."
+        )
+    R = getattr(kf, "R", None)
+    R = None if R is None else np.array(R, dtype=float)
+    history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf))
+    log.judge(history)
+    return history
+
+
+def _estimate(kf, shapes):
+    """Copies of a filter's mean and covariance, which must have their shapes: numpy would spread others."""
+    values = [getattr(kf, name) for name in shapes]
+    if [np.shape(value) for value in values] != list(shapes.values()):
+        raise ValueError(_shape_problem(kf, shapes))
+    return [np.array(value, dtype=float) for value in values]
+
+
+def _stacked(estimates, shapes):
+    pairs = zip(*estimates) if estimates else ((), ())
+    return [np.array(values).reshape(-1, *shape) for values, shape in zip(pairs, shapes.values())]
+
+
+def _shapes(log, n):
+    """{field: shape} of mean and covariance: as the log has it, or of n numbers."""
+    shape = log.shape or (n,)
+    return dict(zip(log.fields, (shape, 2 * (math.prod(shape),))))
+
+
+def _as_list(value):
+    return list(value) if isinstance(value, list | tuple | np.ndarray) else []
+
+
+def _shape_problem(kf, shapes):
+    for name, due in shapes.items():
+        try:
+            shape = np.shape(getattr(kf, name))
+        except Exception:
+            return f"{name} is missing or not an array of numbers."
+        if shape != due:
+            return f"{name} should have shape {due}, but it has shape {shape}."
+    return ""
