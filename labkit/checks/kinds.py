@@ -37,7 +37,7 @@ def _factor(rng):
 
 
 def frozen(numbers: Any, dtype: type = float) -> NDArray:
-    """An array that is read-only, so that code which changes it raises at its own line."""
+    """An array (...,) of the numbers, read-only, so that code which changes it raises at its own line."""
     array: NDArray = np.array(numbers, dtype=dtype)
     array.setflags(write=False)
     return array

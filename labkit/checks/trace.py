@@ -120,7 +120,7 @@ def _function_steps(function, scenario):
 
 
 def as_value(raw: Any, name: str) -> str | Array:
-    """A copy of `raw` as a text or a float array, infinity as NaN. Raises OddResultError for what is neither."""
+    """A copy of `raw` as a text or a float array (...,), infinity as NaN. Raises OddResultError for what is neither."""
     if raw is None:
         hint = "is the `return` missing?" if name == "The result" else "something without a result was assigned."
         raise OddResultError("none", f"{name} is None: {hint}")

@@ -76,7 +76,7 @@ def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: st
 
 
 def take_figures(folder: str | Path, jobs: Sequence[Job]) -> dict[int, dict[str, np.ndarray]]:
-    """{job id: {name: array}} of the figures that a batch left in its folder."""
+    """{job id: {name: array (...,)}} of the figures that a batch left in its folder."""
     found = {}
     for number, job in enumerate(jobs):
         path = Path(folder, f"figure-{number}.npz")
