@@ -146,6 +146,8 @@ def _frame(size, wings, spot):
 
 def _lines(arrows, spot):
     """Arrows down to what is imported, without those that a longer way says already."""
+    yield '<defs><marker id="tip" viewBox="0 0 6 6" refX="6" refY="3" markerWidth="6" markerHeight="6" orient="auto">'
+    yield '<path d="M0 0 L6 3 L0 6 z" fill="#5b6b7b"/></marker></defs>'
     yield '<g fill="none" stroke="#5b6b7b" stroke-width="1" stroke-opacity="0.55">'
     for room in sorted(arrows):
         longer = set().union(*(reached(other, arrows) for other in arrows[room]))
@@ -153,7 +155,8 @@ def _lines(arrows, spot):
             (x1, y1), (x2, y2) = spot[room], spot[other]
             x1, x2, y1 = x1 + BOX[0] / 2, x2 + BOX[0] / 2, y1 + BOX[1]
             bend = max(30, (y2 - y1) / 2)
-            yield f'<path d="M{x1:.0f} {y1:.0f} C{x1:.0f} {y1 + bend:.0f} {x2:.0f} {y2 - bend:.0f} {x2:.0f} {y2:.0f}"/>'
+            way = f"M{x1:.0f} {y1:.0f} C{x1:.0f} {y1 + bend:.0f} {x2:.0f} {y2 - bend:.0f} {x2:.0f} {y2:.0f}"
+            yield f'<path d="{way}" marker-end="url(#tip)"/>'
     yield "</g>"
 
 
@@ -163,8 +166,11 @@ def _boxes(spot, words, uses):
         yield f'<rect x="{x:.0f}" y="{y:.0f}" width="{BOX[0]}" height="{BOX[1]}" rx="4" fill="white" stroke="#33475b"/>'
         name = escape(room.split("/")[-1].replace("__init__", "labkit"))
         yield f'<text x="{x + 8:.0f}" y="{y + 16:.0f}" font-size="13" font-weight="bold">{name}</text>'
-        lines = [(line, "#333") for line in wrap(words.get(room, ""), 29)[: 2 if uses.get(room) else 3]]
-        lines += [(line, "#8a5a00") for line in wrap(f"uses {', '.join(uses.get(room, ()))}", 29)[:2] if uses.get(room)]
+        told, of = words.get(room, ""), uses.get(room, ())
+        lines = [(line, "#333") for line in wrap(told, 29, max_lines=2 if of else 3, placeholder=" ...")]
+        lines += [
+            (line, "#8a5a00") for line in wrap(f"uses {', '.join(of)}", 29, max_lines=2, placeholder=" ...") if of
+        ]
         for number, (line, color) in enumerate(lines):
             yield f'<text x="{x + 8:.0f}" y="{y + 31 + LINE * number:.0f}" fill="{color}">{escape(line)}</text>'
 

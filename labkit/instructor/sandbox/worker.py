@@ -113,7 +113,7 @@ class Worker:
         return {"value": getattr(self.made[made], name)}
 
     def do_replay(self, name: str, record: Any, options: Mapping[str, Any]) -> dict[str, np.ndarray]:
-        """Run a filter over a log of N steps: x and x_prior (N, n), their covariances (N, n, n).  options: of `make_filter`."""
+        """Run a filter over a log: x and x_prior (N, n), their covariances (N, n, n).  options: of `make_filter`."""
         run = history.replay(history.make_filter(self.names[name], record, **options), record)
         fields = ("x", "P", "x_prior", "P_prior")
         return {field: np.asarray(getattr(run, field), dtype=float) for field in fields}
