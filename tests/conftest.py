@@ -20,7 +20,21 @@ from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several fo
 matplotlib.use("Agg")
 
 # Those that take minutes, the longest first: two processes then end at about the same time.
-LONG = ["labs", "command", "corpus", "marks", "browser", "checks", "localizers", "lab", "pictures", "release"]
+LONG = [
+    "labs",
+    "command",
+    "corpus",
+    "marks",
+    "browser",
+    "team",
+    "checks",
+    "localizers",
+    "benchmarks",
+    "house",
+    "lab",
+    "pictures",
+    "release",
+]
 
 
 def pytest_collection_modifyitems(items):

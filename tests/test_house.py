@@ -71,6 +71,7 @@ def test_a_circle_of_imports_would_be_seen(tmp_path):
     assert house.back(arrows) == [("a", "b"), ("b", "a")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)], ids=" ".join)
 def test_ruff_and_mypy_find_nothing(command):
     done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)

@@ -402,6 +402,7 @@ def test_a_python_without_venv_names_the_package_to_install(project, path_withou
         lab.set_up("requirements.txt")
 
 
+@pytest.mark.slow
 def test_without_network_one_line_says_so(project, tmp_path):
     nowhere = "http://127.0.0.1:9/simple"
     done = project.run(

@@ -366,6 +366,7 @@ def test_a_memory_of_nothing_is_refused(most):
         Memory(None, "real", most=most)
 
 
+@pytest.mark.slow
 def test_the_solutions_restart_finds_the_pose():
     for seed in range(10):
         log = recorded("paper", seed, 60)
@@ -673,6 +674,7 @@ def test_the_covariance_stays_one(noise, gate):
     assert (abs(h.x[:, 2]) <= np.pi).all()
 
 
+@pytest.mark.slow
 def test_the_solution_is_consistent():
     """Mean NEES over 40 runs lies within its 95 % chi-square bounds at 85 % of the steps or more."""
     nees = []

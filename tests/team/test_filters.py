@@ -131,6 +131,7 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
         assert np.allclose(joint.P[:3, :3], pair.P[0], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_filter_that_starts_with_section_two_alone_finds_the_others():
     for seed in range(4):
         kf, rest = answer("own_start")(scenarios.cross(rng=seed))
@@ -177,6 +178,7 @@ def test_a_fine_bearing_makes_all_ways_alike():
         spread(d, alpha, 0.05, 0.005, "best")
 
 
+@pytest.mark.slow
 def test_points_with_the_spread_of_their_own_reading_deceive():
     told = dataclasses.replace(WHITE, bearing=np.deg2rad(5))
     values = {name: [] for name in ("GroupEKF", "ConvertedKF", "AtReading")}

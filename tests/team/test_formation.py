@@ -9,6 +9,7 @@ from labkit.team.formation import CROSSING, START, WAY, run, slots, triangle
 from helpers.team_answers import answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start, runs, seconds", [(START, 8, 8), (CROSSING, 4, 30)])
 def test_the_triangle_forms_and_holds_through_two_corners(start, runs, seconds):
     done = []

@@ -112,6 +112,7 @@ FIGURES = {"what the observers reported": 3, "scenarios.cross(rng=1)\nfig": 1, "
 FIGURES |= {f"figure {i}:": 2 for i in (3, 5, 6, 7, 8)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", FIGURES)
 def test_the_figures_of_the_notebook_are_legible(drawn, words):
     exec(cell(words), dict(notebook()))

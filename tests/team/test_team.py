@@ -104,6 +104,7 @@ def test_a_turn_of_everything_changes_only_the_error_in_the_gauge():
 # The start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scenario", [scenarios.cross, scenarios.rectangle])
 def test_the_start_is_within_13_cm_and_one_degree(scenario):
     rms = start_errors(scenario, 30)
@@ -118,6 +119,7 @@ def test_a_start_without_a_way_is_refused_in_a_sentence():
 # Filters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scenario, aligned, ego",
     [(scenarios.cross, 0.021, 0.023), (scenarios.rectangle, 0.019, 0.018), (scenarios.moving, 0.021, 0.062)],
@@ -134,6 +136,7 @@ def test_the_joint_filter_reaches_its_figures(scenario, aligned, ego):
     assert (np.median(errors, axis=0) <= [aligned, ego]).all()
 
 
+@pytest.mark.slow
 def test_with_white_noise_the_filter_is_honest_and_at_the_end_as_good_as_least_squares():
     values, ratios = [], []
     for seed in range(20):
@@ -149,6 +152,7 @@ def test_with_white_noise_the_filter_is_honest_and_at_the_end_as_good_as_least_s
     assert inside > 0.8 and np.median(ratios) < 1.05
 
 
+@pytest.mark.slow
 def test_false_readings_do_little_harm_behind_the_gate():
     clean = [scenarios.rectangle(rng=seed, probability=0.0) for seed in range(6)]
     false = [scenarios.rectangle(rng=seed) for seed in range(6)]
