@@ -94,7 +94,7 @@ def _of_odometry(x, u, sigma, number):
 
 def _of_readings(x, k, i, j, z, noise, number):
     o, p = x[k, i], x[k, j]
-    dx, dy = (p - o)[:, :2].T
+    dx, dy = p[:, 0] - o[:, 0], p[:, 1] - o[:, 1]
     q = np.maximum(dx**2 + dy**2, 1e-6)
     r = np.sqrt(q)
     weight = 1 / np.maximum(np.stack([np.full(len(r), noise.range), noise.of_bearing(r)], axis=-1), 1e-5)
