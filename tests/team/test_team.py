@@ -195,5 +195,5 @@ def test_a_filter_that_breaks_is_explained():
         def update(self, seen):
             self.x = self.x[0]
 
-    with pytest.raises(FilterError, match=r"(?s)stopped in step 1 of 620.*should be \(3, 3\)"):
+    with pytest.raises(FilterError, match=r"(?s)stopped in step 1 of 620.*should have shape \(3, 3\)"):
         replay(Broken(log.truth[0], np.eye(9), TeamNoise()), log)

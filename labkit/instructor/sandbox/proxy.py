@@ -11,7 +11,7 @@ from typing import Any
 
 from ...checks import Data
 from ...checks.feedback import FilterError
-from .channel import SPOILT, Channel, WorkerLostError
+from .channel import SPOILT, Channel, StudentCodeError, WorkerLostError
 from .launch import Sandbox
 
 CALL = 10  # seconds for the answer to one call
@@ -178,7 +178,12 @@ class StandFilter:
             raise AttributeError(name)
         if name in ("predict", "update"):
             return lambda *args, **options: self._method(name, args, options)
-        return self._student.ask(self._name, do="get", made=self._made, name=name).get("value")
+        try:
+            return self._student.ask(self._name, do="get", made=self._made, name=name).get("value")
+        except StudentCodeError as error:
+            if error.kind == "AttributeError":  # so that getattr can fall back on a default, as for a filter's own
+                raise AttributeError(str(error)) from error
+            raise
 
     def _method(self, name, args, options):
         sent = {"made": self._made, "method": name, "args": list(args), "options": options}
