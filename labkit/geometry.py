@@ -30,7 +30,7 @@ Seed = int | np.random.Generator | None
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Bring angles (...,) [rad] into (-pi, pi].
+    """Bring angles (...,) [rad], of any shape, into (-pi, pi].
 
     Subtracting two bearings can give 359 degrees where the robot turned by -1: every *difference*
     of angles goes through here, nothing else does.

@@ -55,7 +55,7 @@ class FormationRun:
         return _seconds(self.error <= FORMED)
 
     def recoveries(self) -> Array:
-        """(corners,) [s] from each corner until the formation stands again."""
+        """(corners,) seconds from each corner until the formation stands again."""
         ends = [*self.corners[1:], len(self.error)]
         return np.array([_after(self.error[a:b]) for a, b in zip(self.corners, ends)])
 
@@ -213,7 +213,7 @@ CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower st
 
 
 def triangle(rng: Seed = None, start: ArrayLike = START, **more: Any) -> Team:
-    """S4: the Team of a leader and two followers at `start` (3, 3), which see what is ahead of them."""
+    """S4: the Team of a leader and two followers, which see what is ahead; start (3, 3): their poses."""
     return Team(start, sees=[(1, 0), (2, 0), (1, 2), (2, 1)], rng=rng, **more)
 
 

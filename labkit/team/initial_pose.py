@@ -19,20 +19,7 @@ def initial_pose(track: Points, ranges: Array, bearings: Array) -> tuple[Pose, f
     Raises ValueError, in a sentence, if the robot has not driven far enough to tell, or if the readings contradict
     each other wherever the observer stands.
     """
-    track, ranges, bearings = (np.asarray(one, dtype=float) for one in (track, ranges, bearings))
-    if track.ndim != 2 or track.shape[1] != 2 or not len(track) == len(ranges) == len(bearings):
-        raise ValueError(
-            "track must be (N, 2), ranges and bearings (N,), "
-            f"but they are {track.shape}, {ranges.shape}, {bearings.shape}"
-        )
-    if not all(np.isfinite(one).all() for one in (track, ranges, bearings)):
-        raise ValueError("track, ranges and bearings must be finite numbers, but one of them is not")
-    far = np.linalg.norm(track[:, None] - track[None], axis=2).max() if len(track) else 0.0
-    if far < BASELINE:
-        raise ValueError(
-            f"the robot has moved by only {far:.2f} m: at least {BASELINE} m are needed to tell where the observer is"
-        )
-    points = located(np.zeros(2), np.stack([ranges, bearings], axis=-1), "rb")
+    track, points = _checked(*(np.asarray(one, dtype=float) for one in (track, ranges, bearings)))
     # Some readings may be false: pairs of readings propose poses, and the one that fits half of all readings best
     # tells which readings to believe.
     half = len(points) // 2
@@ -52,6 +39,23 @@ def initial_pose(track: Points, ranges: Array, bearings: Array) -> tuple[Pose, f
     good = best <= max(3 * 1.4826 * np.median(best), 0.15)
     angle, shift = align(points[good], track[good])
     return np.array([*shift, wrap(angle)]), float(np.sqrt(np.mean(_off(points[good], track[good], angle, shift) ** 2)))
+
+
+def _checked(track, ranges, bearings):
+    """The track and, as points in the observer's frame, the readings, if they can tell something."""
+    if track.ndim != 2 or track.shape[1] != 2 or not len(track) == len(ranges) == len(bearings):
+        raise ValueError(
+            "track must be (N, 2), ranges and bearings (N,), "
+            f"but they are {track.shape}, {ranges.shape}, {bearings.shape}"
+        )
+    if not all(np.isfinite(one).all() for one in (track, ranges, bearings)):
+        raise ValueError("track, ranges and bearings must be finite numbers, but one of them is not")
+    far = np.linalg.norm(track[:, None] - track[None], axis=2).max() if len(track) else 0.0
+    if far < BASELINE:
+        raise ValueError(
+            f"the robot has moved by only {far:.2f} m: at least {BASELINE} m are needed to tell where the observer is"
+        )
+    return track, located(np.zeros(2), np.stack([ranges, bearings], axis=-1), "rb")
 
 
 def _off(points, track, angle, shift):

@@ -44,7 +44,7 @@ class TeamNoise:
                 raise ValueError(f"{name} must be a number from 0 to 10, but it is {value!r}")
 
     def of_bearing(self, r: float | Array) -> float | Array:
-        """Standard deviation (...,) [rad] of a bearing at the range r (...,) [m]."""
+        """Standard deviation [rad] of a bearing at the range r [m], a number or (...,)."""
         return np.hypot(self.bearing, self.lateral / np.maximum(r, 0.1))
 
     def of_step(self, u: Motion) -> Array:
