@@ -25,8 +25,7 @@ class History:
     times (N+1,) [s];  x (N+1, n) means;  P (N+1, n, n) covariances; entry 0 is the start.
     x_prior (N, n), P_prior (N, n, n): after `predict`, before `update`.
     R (2, 2): the covariance of one landmark that the filter used, or None if it has no field R.
-    d2, gate: of a team's filter that has these fields, N lists of the squared distances of each step's readings, and
-    the gate.
+    d2, gate: N lists of the squared distances of each step's readings, and the gate, if it has these fields.
     Of a team of robots: x (N+1, robots, 3) and x_prior (N, robots, 3), with covariances of all their numbers.
     """
 
@@ -89,7 +88,7 @@ def replay(kf: Any, log: AnyLog) -> History:
             before.append(_estimate(kf, shapes))
             kf.update(y)
             after.append(_estimate(kf, shapes))
-            d2.append(_as_list(getattr(kf, "d2", ())) if log.gated else [])
+            d2.append(_as_list(getattr(kf, "d2", ())))
     except NotImplementedError as error:
         raise FilterError(explain(error)) from error
     except Exception as error:
@@ -106,7 +105,7 @@ def replay(kf: Any, log: AnyLog) -> History:
         )
     R = getattr(kf, "R", None)
     R = None if R is None else np.array(R, dtype=float)
-    history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf) if log.gated else np.inf)
+    history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf))
     log.judge(history)
     return history
 

@@ -47,7 +47,6 @@ class Log:
 
     fields: ClassVar = ("xk_k", "Pk_k")  # where a filter for such a log has its mean and its covariance
     shape: ClassVar = None  # of that mean: as many numbers as the filter has
-    gated: ClassVar = False  # whether a filter's d2 and gate are kept, to judge it by
 
     def __post_init__(self):
         n = len(self.controls)

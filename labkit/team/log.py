@@ -32,7 +32,6 @@ class TeamLog:
     name: str = "simulated team"
 
     fields: ClassVar = ("x", "P")  # where a filter for such a log has its mean and its covariance
-    gated: ClassVar = True  # its d2 and gate tell whether the readings fit
 
     def __post_init__(self):
         if len(self.logs) < 2 or len(self.logs) != len(self.ids):
