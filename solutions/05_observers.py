@@ -63,7 +63,7 @@ fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
 draw_paths(ax, log.truth, dead_reckoned(log), log.name, what="odometry")
 ax.legend(fontsize=8, frameon=False)
 plt.show()
-print("in the first step", *log.measurements()[0])
+print("in the first step", *[(i, j, z.round(3)) for i, j, z in log.measurements()[0]])
 
 # %% [markdown]
 # ## 2. Where does the observer stand?
