@@ -1067,9 +1067,8 @@ for name, log, noise_told, inflate in (
 ):
     history = replay(GroupEKF(real.truth[0], P0, noise_told, inflate=inflate), log)
     honest = relative_nees_per_dimension(history, log)
-    print(
-        f"{name:18s} {relative_rms(history.x):.2f} m, NEES per dimension {honest:.2f} (1 is honest)"
-    )
+    off = relative_rms(history.x)
+    print(f"{name:18s} {off:.2f} m, NEES per dimension {honest:.2f} (1 is honest)")
 
 # %% [markdown]
 # The first is too modest: in most seconds nothing slips. A filter that believes every reading is too sure, for it counts one error seven times; its innovations would not tell, since those readings agree with each other so well. And what is wrong in the same way all the time, a larger noise only admits: accuracy comes from telling the filter what wheels really do.
