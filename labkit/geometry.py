@@ -150,3 +150,26 @@ def as_point(value: ArrayLike, name: str) -> Point:
     if point.shape != (2,) or not np.isfinite(point).all():
         raise ValueError(f"{name} must be two finite numbers (x, y), but it is {value!r}")
     return point
+
+
+def weighted(poses: Poses, w: Array) -> tuple[Poses, Covariance]:
+    """Mean (..., 3) and covariance of poses (m, ..., 3) with the weights w (m,), whose sum is 1.
+
+    Headings are averaged as directions.  The covariance is (3n, 3n) of the n poses of each particle, in their order.
+    """
+    place, theta = np.tensordot(w, poses[..., :2], 1), poses[..., 2]
+    heading = np.arctan2(w @ np.sin(theta), w @ np.cos(theta))
+    mean = np.concatenate([place, np.asarray(heading)[..., None]], axis=-1)
+    off = poses - mean
+    off[..., 2] = wrap(off[..., 2])
+    off = off.reshape(len(w), -1)
+    return mean, (w * off.T) @ off
+
+
+def resampled(w: Array, rng: np.random.Generator) -> np.ndarray:
+    """Which (m,) of m particles with the weights w (m,) go on, each about m w times: low-variance resampling.
+
+    Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics" (2005), table 4.4.
+    """
+    m = len(w)
+    return np.searchsorted(np.cumsum(w), (rng.random() + np.arange(m)) / m).clip(max=m - 1)

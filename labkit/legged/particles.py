@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..geometry import Covariance, Motion, Pose, Seed, compose, wrap
-from ..particles import resampled, weighted
+from ..geometry import Covariance, Motion, Pose, Seed, compose, resampled, weighted, wrap
 from .field import FIELD, Field
 from .memory import poses_around
 from .noise import Noise, as_noise

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..geometry import Covariance, Motion, Poses, Seed, compose, root, wrap
-from ..particles import resampled, weighted
+from ..geometry import Covariance, Motion, Poses, Seed, compose, resampled, root, weighted, wrap
 from .log import Reading
 from .world import TeamNoise
 
