@@ -209,6 +209,10 @@ def _has_kinds(package):
     return fits and any(Path(folder, package, "kinds.py").is_file() for folder in sys.modules["labkit"].__path__)
 
 
+PLAIN = Kind(
+    lambda stored: frozen(stored) if isinstance(stored, list) else stored,
+    tell=lambda stored: number_text(np.array(stored)) if isinstance(stored, list) else repr(stored),
+)
 LANDMARK = point(Landmark)
 KINDS = {
     "landmark": LANDMARK,
