@@ -118,11 +118,8 @@ def _rows(arrows):
     level, rows, place = floors(arrows), [], {}
     for floor in range(1 + max(level.values())):
         row = sorted(room for room in arrows if level[room] == floor)
-        row.sort(
-            key=lambda room: (
-                sum(place.get(r, 0.5) for r in arrows[room]) / max(len(arrows[room]), 1) if arrows[room] else 0
-            )
-        )
+        # The sum in one order, and rounded: rooms that are as far left keep the order of their names.
+        row.sort(key=lambda room: round(sum(place[r] for r in sorted(arrows[room])) / max(len(arrows[room]), 1), 6))
         place.update({room: (n + 0.5) / len(row) for n, room in enumerate(row)})
         rows.append(row)
     return rows
