@@ -122,7 +122,7 @@ def classroom(size, seed=0):
 class Balanced(HTMLParser):
     """Complains about tags that are not closed in order, and collects what is on the page."""
 
-    VOID = ("meta", "img", "br")
+    VOID = ("meta", "img", "br", "hr")
 
     def __init__(self, page):
         super().__init__()
@@ -154,7 +154,9 @@ ALLOWED = set(
     re.findall(
         r"\w+",
         "html head meta title style body main header section h1 h2 h3 p ol ul li span div b i code bdi br a img figure "
-        "figcaption table thead tbody tr th td details summary svg rect text line",
+        "figcaption table thead tbody tr th td details summary svg rect text line "
+        "h4 h5 h6 blockquote pre em strong s hr math mrow mi mn mo mtext mspace mstyle mfrac msqrt msub msup msubsup "
+        "mover munder munderover mtable mtr mtd",
     )
 )
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -169,7 +171,7 @@ def sound(page):
     for tag, name, value in seen.attributes:
         assert not name.startswith("on")
         assert name not in ("href", "src") or (tag, name) in {("a", "href"), ("img", "src")}
-        assert name != "src" or value.startswith("data:image/png;base64,")
+        assert name != "src" or re.match(r"data:image/(png|jpeg|gif);base64,", value)
         assert name != "href" or re.fullmatch(r"[\w./%~-]+\.html", value)
     assert not re.search("[\x00-\x08\x0b-\x1f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]", page)
     return seen

@@ -8,6 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from .. import records
+from .markdown import markdown
 from .texts import counted, plain, readable
 
 TITLE, LINE, SENTENCE, ANSWER, RUBRIC = 200, 400, 2000, 5000, 20000  # characters of one text that are shown
@@ -66,7 +67,7 @@ _ENVIRONMENT = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-_ENVIRONMENT.filters.update(cut=cut, prose=prose, plain=plain, counted=counted)
+_ENVIRONMENT.filters.update(cut=cut, prose=prose, plain=plain, counted=counted, markdown=markdown)
 _ENVIRONMENT.globals.update(
     TITLE=TITLE, LINE=LINE, ANSWER=ANSWER, RUBRIC=RUBRIC, LINES=LINES, LONG=LONG, MANY=MANY, TOP=TOP
 )
