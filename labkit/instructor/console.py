@@ -23,9 +23,10 @@ class Progress:
             sys.stderr.flush()
         said = f"{texts.plain(result.points)} of {texts.plain(result.max_points)}"
         waiting = f", {result.open} to be read" if result.open else ""
+        blank = f", {result.blank} without an answer" if result.blank else ""
         errors = sum(mark.status == records.ERROR for mark in result.marks)
         trouble = f", {errors} checks could not be run" if errors else ""
-        print(f"{texts.clean(result.student)}: {said}{waiting}{trouble}", flush=True)
+        print(f"{texts.clean(result.student)}: {said}{waiting}{blank}{trouble}", flush=True)
         self._draw()
 
     def _draw(self):

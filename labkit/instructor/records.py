@@ -6,7 +6,9 @@ from datetime import datetime
 import numpy as np
 
 PASSED, FAILED, NOT_RUN, ERROR = "passed", "failed", "not run", "error"
-OPEN, BY_HAND = "open", "by hand"
+OPEN, BLANK, BY_HAND = "open", "blank", "by hand"
+UNSHUT = "(Marked without a sandbox.)"  # ends the reason of a mark, where it was
+STUB = "*Write your answer here (double-click to edit).*"  # stands in students' notebooks where a text is to go
 
 
 class CommandError(Exception):
@@ -38,7 +40,7 @@ class Check:
 class Mark:
     """What one check gave; points is None while a written answer waits to be read.
 
-    status  one of the six words above; only 'passed' and 'by hand' give points.
+    status  one of the seven words above; only 'passed' and 'by hand' give points.
     reason  a sentence for the student, '' when passed.
     lines   more lines for the student (the call, what was expected, what came).
     mistake the known mistake that was recognised, as the sentence that explains it, or ''.
@@ -96,3 +98,8 @@ class Result:
     def open(self) -> int:
         """How many written answers wait to be read."""
         return sum(mark.points is None for mark in self.marks)
+
+    @property
+    def blank(self) -> int:
+        """How many written questions have no answer, and no points by hand."""
+        return sum(mark.status == BLANK for mark in self.marks)

@@ -20,7 +20,7 @@ from traitlets.config import Config
 
 from ...notebook.read import read
 from .. import files
-from ..records import CommandError
+from ..records import STUB, CommandError
 from . import numbers, percent
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -76,7 +76,7 @@ def _unanswered(cell):
     """The source of a cell with stubs for its solutions."""
     if cell.cell_type == "code":
         return _SOLUTION.sub(lambda match: _stub(cell, match), _HIDDEN.sub("", cell.source))
-    return _SOLUTION.sub("*Write your answer here (double-click to edit).*\n", cell.source)
+    return _SOLUTION.sub(f"{STUB}\n", cell.source)
 
 
 def _stub(cell, match):

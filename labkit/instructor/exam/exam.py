@@ -25,6 +25,7 @@ from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
 from ..sandbox.channel import StudentCodeError, WorkerLostError
 from ..sandbox.proxy import Stand, Student
+from .runs import first_gap, how_far
 from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -88,12 +89,11 @@ class Exam:
         record: a Log of any lab;  options: what `labkit.make_filter` takes for it.
         """
         mine = self.history(KF, record, **options)
-        gaps = [_first_gap(mine, _run(right, record, options)) for right in self.right(KF.__name__)]
+        gaps = [first_gap(mine, _run(right, record, options)) for right in self.right(KF.__name__)]
         if None not in gaps:
             step, apart = max(filter(None, gaps))
             start = "from the start" if step == 0 else f"from step {step} of {len(record)} on"
-            size = f", by {apart:.2g} m" if np.isfinite(apart) else ""
-            self.fail(f"Your filter's estimate {what} differs from the right one {start}{size}.")
+            self.fail(f"Your filter's estimate {what} differs from the right one {start}{how_far(apart)}.")
         return mine
 
     def history(self, KF: type | Stand, record: Any, secret: bool = True, **options: Any) -> History:
@@ -234,16 +234,3 @@ def _apart(came, right):
         return gap_of(as_value(came, "the result"), as_value(right, "the result"))
     except OddResultError:
         return np.inf
-
-
-def _first_gap(mine, right):
-    """(first step that differs, largest distance of the positions [m]), or None where the two agree.
-
-    Means are held against the largest of the run, covariances, which grow and shrink, against their own step's.
-    """
-    far = gap_of(mine.x, right.x) > 1
-    steps = enumerate(zip(mine.x, right.x, mine.P, right.P))
-    wrong = [k for k, (x, due_x, P, due_P) in steps if gap_of(P, due_P) > 1 or (far and gap_of(x, due_x) > 1)]
-    if not far and not wrong:
-        return None
-    return (wrong or [0])[0], float(np.linalg.norm((mine.x - right.x)[..., :2], axis=-1).max())

@@ -133,10 +133,25 @@ def _title(cell):
 
 
 def _question(book: Sequence[Cell], id: str) -> str:
-    """The text before an answer cell: the question."""
-    at = next(i for i, cell in enumerate(book) if cell.id == id)
-    texts = [cell.source for cell in book[:at] if not cell.code and "Question" in cell.source]
-    return texts[-1] if texts else ""
+    """The question that an answer cell answers: what stands under the last heading 'Question' before it.
+
+    Where no heading says so, it is the last text before the answer; nothing from before the answer that came last.
+    """
+    texts: list[str] = []
+    for cell in book:
+        if cell.id == id:
+            break
+        if cell.role == "answer":
+            texts.clear()
+        elif not cell.code and not _is_hidden(cell):
+            texts.append(cell.source)
+    for text in reversed(texts):
+        headings = list(re.finditer(r"^(#+ |\*\*).*$", text, re.M))
+        for number, heading in reversed(list(enumerate(headings))):
+            if "question" in heading[0].lower():
+                after = [other.start() for other in headings[number + 1 :] if other[0].startswith("#")]
+                return text[heading.start() : min(after, default=None)].strip()
+    return texts[-1].strip() if texts else ""
 
 
 def _digest(setup, cells, released):

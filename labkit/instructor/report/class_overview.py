@@ -7,7 +7,7 @@ from statistics import median
 from typing import NamedTuple
 from urllib.parse import quote
 
-from ..records import ERROR, FAILED, NOT_RUN, PASSED, Check, Mark, Result
+from ..records import BLANK, ERROR, FAILED, NOT_RUN, PASSED, Check, Mark, Result
 from .names import labels
 from .pages import LOOKS, render
 from .texts import plain
@@ -57,11 +57,12 @@ class Coded(NamedTuple):
 
 
 class Written(NamedTuple):
-    """What became of a written question; mean: of the points given so far."""
+    """What became of a written question; mean: of the points that a person gave so far."""
 
     check: Check
     read: int
     waiting: int
+    blank: int
     mean: float | None
 
 
@@ -92,6 +93,7 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
         title=title,
         graded=len(graded),
         waiting=sum(result.open for result in graded),
+        blank=sum(result.blank for result in graded),
         levels=sorted(Counter(result.level for result in graded).items(), reverse=True),
         spread=_spread(graded),
         mistakes=_mistakes(graded, checks),
@@ -153,8 +155,10 @@ def _coded(check: Check, marks: Sequence[Mark]) -> Coded:
 
 
 def _written(check: Check, marks: Sequence[Mark]) -> Written:
-    points = [mark.points for mark in marks if mark.points is not None]
-    return Written(check, len(points), len(marks) - len(points), sum(points) / len(points) if points else None)
+    blank = sum(mark.status == BLANK for mark in marks)
+    points = [mark.points for mark in marks if mark.points is not None and mark.status != BLANK]
+    mean = sum(points) / len(points) if points else None
+    return Written(check, len(points), len(marks) - len(points) - blank, blank, mean)
 
 
 def _student(label: str, link: str, result: Result, coded: Sequence[Check]) -> Student:
@@ -162,6 +166,7 @@ def _student(label: str, link: str, result: Result, coded: Sequence[Check]) -> S
     status = [given.get(check.id, NOT_RUN) for check in coded]
     remarks = [*["could not be graded"] * bool(result.problem), *["late"] * result.late]
     remarks += [f"{result.open} to be read"] if result.open else []
+    remarks += [f"{result.blank} without an answer"] if result.blank else []
     signs = "".join((LOOKS.get(one) or LOOKS[NOT_RUN]).sign for one in status)
     passed = status.count(PASSED)
     return Student(label, link, not result.problem, result.points, result.max_points, signs, passed, remarks)

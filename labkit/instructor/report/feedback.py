@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..records import NOT_RUN, Check, Mark, Result
+from ..records import NOT_RUN, UNSHUT, Check, Mark, Result
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
-from .texts import plain
+from .texts import is_blank, plain
 
 
 class Entry(NamedTuple):
@@ -57,17 +57,39 @@ def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: D
         result=result,
         title=title,
         most=result.max_points or sum(check.points for check in checks),
+        origin=_origin(result),
         notes=_notes(result),
-        entries=[_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown],
+        entries=_once([_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown]),
         picture=_picture(result, drawer),
     )
 
 
-def _notes(result: Result) -> list[str]:
+def _origin(result: Result) -> str:
     file = result.source.replace("\\", "/").rpartition("/")[2]
-    told = [f"Handed in: {file}" + (f", {result.when:%Y-%m-%d %H:%M}" if result.when else "")] if file else []
+    return f"Handed in: {file}" + (f", {result.when:%Y-%m-%d %H:%M}" if result.when else "") if file else ""
+
+
+def _notes(result: Result) -> list[str]:
     late = result.late and not any("late" in str(note).lower() for note in result.notes)
-    return [*told, *["This was handed in late."] * late, *result.notes]
+    unshut = any(mark.reason.endswith(UNSHUT) for mark in result.marks)
+    return [*["This was handed in late."] * late, *["It was marked without a sandbox."] * unshut, *result.notes]
+
+
+def _once(entries: Sequence[Entry]) -> list[Entry]:
+    """The entries, where what several would tell in the same words is told by the first; the others name it."""
+    first: dict[str, str] = {}
+    told = []
+    for entry in entries:
+        reason = entry.reason
+        if reason in first and not entry.written:
+            reason = f"The same as for “{first[reason]}”."
+        mistake = "" if entry.mistake in first and reason != entry.reason else entry.mistake
+        if mistake in first:
+            mistake = f"This is explained at “{first[mistake]}”."
+        for sentence in filter(None, (entry.reason, entry.mistake)):
+            first.setdefault(sentence, entry.title)
+        told.append(entry._replace(reason=reason, mistake=mistake))
+    return told
 
 
 def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
@@ -80,8 +102,8 @@ def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
         LOOKS.get(mark.status) or Look("wait", "?", cut(mark.status, 20)),
         f"{points} of {plain(mark.max_points, 2)}",
         check.hand,
-        answer if check.hand else "",
-        mark.reason,
+        answer if check.hand and not is_blank(answer) else "",
+        mark.reason.removesuffix(UNSHUT).rstrip(),
         mark.mistake if new else "",
         () if check.hidden else mark.lines,
     )

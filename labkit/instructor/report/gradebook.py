@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..records import BY_HAND, ERROR, NOT_RUN, OPEN, Check, Mark, Result
+from ..records import BLANK, BY_HAND, ERROR, NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
 from .schema import connect
+from .texts import is_blank
 
 
 class Gradebook:
@@ -61,8 +62,7 @@ class Gradebook:
             "SELECT id, done, paper FROM submission WHERE lab = ? AND student = ? AND identifier = ? AND digest = ? "
             "ORDER BY id DESC LIMIT 1"
         )
-        rows = self._all(query, lab, student, identifier, digest)
-        return rows[0] if rows else None
+        return next(iter(self._all(query, lab, student, identifier, digest)), None)
 
     def add(
         self,
@@ -236,12 +236,13 @@ def _mark(check: Check, given: Mapping[str, tuple], hand: Mapping[str, tuple], r
             reason = f"{reason} (The answer has changed since it was marked.)".strip()
         return Mark(check.id, points, check.points, BY_HAND, reason)
     if check.hand:
-        return Mark(check.id, None, check.points, OPEN)
+        blank = is_blank(result.answers.get(check.id, ""))
+        return Mark(check.id, 0.0 if blank else None, check.points, BLANK if blank else OPEN)
     if check.id not in given:
         return Mark(check.id, 0.0, check.points, NOT_RUN, "Not graded yet.")
     points, status, reason, lines, mistake = given[check.id]
     if result.level == 0:
-        reason = f"{reason} (Marked without a sandbox.)".strip()
+        reason = f"{reason} {UNSHUT}".strip()
     return Mark(check.id, points, check.points, status, reason, tuple(json.loads(lines)), mistake)
 
 

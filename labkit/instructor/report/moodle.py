@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..records import BY_HAND, CommandError, Result
+from ..records import BLANK, BY_HAND, CommandError, Result
 from .lms import Row, decimal_comma, fill, fold, one_lab, only, put_grade
 from .sheet import Sheet
 from .texts import clean, guard, listed, number, plain
@@ -160,6 +160,8 @@ def _comment(result: Result) -> str:
     for mark in result.marks:
         if mark.points is None:
             why.setdefault("not marked yet.", []).append(mark.check)
+        elif mark.status == BLANK:
+            why.setdefault("no answer.", []).append(mark.check)
         elif mark.reason and (mark.points < mark.max_points or mark.status == BY_HAND):
             why.setdefault(clean(mark.reason), []).append(mark.check)
     end = " … See your feedback page."

@@ -20,7 +20,7 @@ from .gradebook import Gradebook
 from .moodle import fill_moodle
 from .names import file_name, labels
 from .tables import write_grades, write_summary
-from .texts import clean, plain
+from .texts import clean, counted, plain
 from .to_mark import to_mark_page
 
 
@@ -93,9 +93,11 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
     print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
     if graded:
         mean = sum(result.points for result in graded) / len(graded)
-        waiting = sum(result.open for result in graded)
-        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in graded))} points so far;", end=" ")
-        print(f"{waiting} written answers to be read (points go into {out / 'grades.csv'}).")
+        waiting, blank = sum(result.open for result in graded), sum(result.blank for result in graded)
+        so_far = " so far" if waiting else ""
+        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in graded))} points{so_far};", end=" ")
+        print(f"{counted(waiting, 'written answer')} to be read (points go into {out / 'grades.csv'})", end="")
+        print(f", {counted(blank, 'question')} without an answer, at 0 points." if blank else ".")
     for result in unfit:
         print(f"Could not be graded: {clean(result.student)}: {result.problem}")
     for reason, alike in groupby(broken, key=lambda of: of[0]):

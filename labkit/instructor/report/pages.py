@@ -28,18 +28,19 @@ class Look(NamedTuple):
 
 LOOKS = {
     records.PASSED: Look("good", "✓", "passed"),
-    records.FAILED: Look("bad", "✗", "not yet"),
+    records.FAILED: Look("bad", "✗", "not passed"),
     records.NOT_RUN: Look("wait", "–", "not run"),
     records.ERROR: Look("wait", "!", "not graded"),
     records.OPEN: Look("wait", "…", "to be read"),
+    records.BLANK: Look("wait", "○", "no answer"),
     records.BY_HAND: Look("good", "✎", "by hand"),
 }
 
 
 def cut(value: object, longest: int = RUBRIC) -> str:
     """Anybody's text for a page: cut, and without characters that act instead of being read."""
-    text = str(value)
-    return readable(text[:longest]) + ("…" if len(text) > longest else "")
+    text = readable(str(value))
+    return text[:longest] + ("…" if len(text) > longest else "")
 
 
 def prose(value: object, longest: int = SENTENCE) -> Markup:

@@ -13,7 +13,7 @@ from .texts import guard, plain
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
     *("student", "identifier", "lab", "points", "max_points", "percent", "open", "late", "handed_in", "source"),
-    *("sandbox_level", "notes"),
+    *("sandbox_level", "notes", "blank"),
 )
 
 
@@ -45,7 +45,7 @@ def write_summary(path: Path, results: Sequence[Result]) -> None:
         notes = " ".join([result.problem, *result.notes])
         marks = (result.lab, points, plain(result.max_points), percent, result.open)
         origin = ("yes" if result.late else "", when, result.source, result.level)
-        rows.append((name, result.identifier, *marks, *origin, notes))
+        rows.append((name, result.identifier, *marks, *origin, notes, result.blank))
     _write(path, SUMMARY, rows)
 
 

@@ -4,8 +4,12 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
+from ..records import STUB
+
 SHOWN = 10  # how many problems or names one message lists
 
+# What colours a terminal's text, sets its window's title and the like.
+_TERMINAL = re.compile(r"(?:\x1b\[|\x9b)[0-?]*[@-~]?|\x1b\][^\x07\x1b\n]{0,200}(?:\x07|\x1b\\)")
 # Control characters, those that turn the text around them, and half characters, which no file can hold.
 _ODD = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\U000e0000-\U000e007f"
@@ -15,12 +19,17 @@ _ODD = re.compile(
 
 def readable(text: str) -> str:
     """`text` without characters that act instead of being read; tabs and line ends stay."""
-    return _ODD.sub("", text)
+    return _ODD.sub("", _TERMINAL.sub("", text))
+
+
+def is_blank(answer: str) -> bool:
+    """Whether nobody wrote anything: white space, letters that are not seen, or the words that ask for an answer."""
+    return not "".join(readable(answer).replace(STUB, "").split())
 
 
 def clean(text: object) -> str:
-    """`text` on one line, without control characters and halves of characters."""
-    return re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "", " ".join(str(text).split()))
+    """`text` on one line, without control characters, a terminal's colours and halves of characters."""
+    return re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "", " ".join(_TERMINAL.sub("", str(text)).split()))
 
 
 def squash(text: str) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ..records import BY_HAND, OPEN, Check, Result
 from .names import labels
 from .pages import LOOKS, Look, render
-from .texts import counted
+from .texts import counted, is_blank
 
 Given = tuple[str, float | None]  # a student's label, and the points, None while the answer waits to be read
 
@@ -38,7 +38,8 @@ def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str)
 def _question(check: Check, named: Sequence[tuple[str, Result]]) -> Question:
     given: dict[str, list[Given]] = defaultdict(list)
     for label, result in sorted(named, key=lambda pair: pair[0].casefold()):
-        answer = result.answers.get(check.id, "").strip()
+        text = result.answers.get(check.id, "").strip()
+        answer = "" if is_blank(text) else text
         given[answer] += [(label, mark.points) for mark in result.marks if mark.check == check.id]
     everybody = [points for who in given.values() for _, points in who]
     empty = given.pop("", [])

@@ -15,6 +15,7 @@ from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
 from labkit.instructor.exam import paper, pool
 from labkit.instructor.exam.exam import Exam
+from labkit.instructor.exam.runs import how_far
 from labkit.instructor.intake import submission
 from labkit.instructor.records import ERROR, PASSED
 from labkit.instructor.sandbox import levels, proxy
@@ -263,3 +264,11 @@ def test_nothing_of_a_student_lab_imports_grading():
     code = f"import {modules}; print([m for m in sys.modules if 'instructor' in m])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
     assert done.stdout.strip() == "[]", done.stderr
+
+
+@pytest.mark.parametrize(
+    "apart, says",
+    [(2.8e19, "runs away, to more than 100 m"), (np.inf, "runs away"), (1.234, "by 1.2 m"), (0.0, "to the millimetre")],
+)
+def test_how_far_off_a_filter_is_is_told_in_words_that_can_be_read(apart, says):
+    assert says in how_far(apart) and "e+" not in how_far(apart)

@@ -7,6 +7,7 @@ import pytest
 
 from labkit.instructor.exam import paper
 from labkit.instructor.records import CommandError
+from labkit.notebook.read import Cell
 
 from helpers.reference import LABS, ROOT
 
@@ -54,3 +55,31 @@ def test_a_notebook_that_is_no_paper_is_told_with_what_to_do(tmp_path, folder, s
 def test_an_unknown_lab_is_told_with_those_that_there_are():
     with pytest.raises(CommandError, match=r"no lab '09_nothing'.*01_cartesian_ekf"):
         paper.read("09_nothing")
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_each_written_answer_has_its_own_question_and_nothing_else(lab):
+    questions = {check.title: check.question for check in paper.read(lab).checks if check.hand}
+    assert len(set(questions.values())) == len(questions)
+    for title, question in questions.items():
+        assert question.startswith("### Question") and "Erratum" not in question and question.count("\n#") == 0
+        assert title.split(":")[0].removeprefix("Question on").strip().split()[-1] in question or " on " in title
+
+
+@pytest.mark.parametrize(
+    "before, question",
+    [
+        (["> **Erratum.** A question of signs.\n\n### Question Q1\nWhy?"], "### Question Q1\nWhy?"),
+        (["### Question Q1\nWhy?", "## 8. Play", "> **Erratum.** No question."], "### Question Q1\nWhy?"),
+        (["**Question 1.** Why?\n\nSay more.\n\n## 9. Next\nWords."], "**Question 1.** Why?\n\nSay more."),
+        (["### Frage 1\nWarum?"], "### Frage 1\nWarum?"),
+        ([], ""),
+    ],
+)
+def test_the_question_is_what_stands_under_its_heading(before, question):
+    def cell(id, source, role="text"):
+        return Cell(0, id, role, False, source)
+
+    book = [cell("old", "### Question Q0\nWhat?"), cell("answer-old", "Mine.", "answer")]
+    book += [cell(f"t{n}", text) for n, text in enumerate(before)] + [cell("answer", "Why not?", "answer")]
+    assert paper._question(book, "answer") == question

@@ -3,7 +3,7 @@
 from datetime import datetime
 
 from labkit.instructor import records
-from labkit.instructor.records import Mark, Result
+from labkit.instructor.records import UNSHUT, Mark, Result
 from labkit.instructor.report.feedback import feedback_page
 from labkit.instructor.report.figures import Drawer
 
@@ -34,7 +34,7 @@ def test_a_student_sees_points_words_and_reasons():
         "2026-03-02 09:05",
         "This was handed in late.",
         "✓passed",
-        "✗not yet",
+        "✗not passed",
         "–not run",
         "!not graded",
         "…to be read",
@@ -71,3 +71,26 @@ def test_nothing_leaks_of_hidden_checks_and_of_rubrics():
 def test_a_long_answer_is_cut_and_says_so():
     result = Result("Ada", marks=[Mark("q6", None, 3, records.OPEN)], answers={"q6": "word " * 2000})
     assert "(cut here: 5,000 more characters)" in sound(feedback_page(result, CHECKS, TITLE)).text
+
+
+def test_the_same_reason_is_told_once_and_then_referred_to():
+    reason, mistake = "This part is still to be written.", "The sign of the innovation is wrong."
+    marks = [Mark(check.id, 0, check.points, records.FAILED, reason, (), mistake) for check in CHECKS if not check.hand]
+    text = sound(feedback_page(Result("Ada", marks=marks), CHECKS, TITLE)).text
+    assert text.count(reason) == text.count(mistake) == 1
+    assert text.count("The same as for “h: range and bearing of one landmark”.") == len(marks) - 1
+
+
+def test_what_holds_for_the_whole_notebook_is_told_once():
+    marks = [Mark(check.id, check.points, check.points, records.PASSED, UNSHUT) for check in CHECKS if not check.hand]
+    notes = ["Cell 7 could not be placed: it defines `KF` a second time."]
+    text = sound(feedback_page(Result("Ada", marks=marks, notes=notes), CHECKS, TITLE)).text
+    assert text.count("without a sandbox") == 1 and "same as for" not in text
+    assert text.index("About what you handed in") < text.index("Cell 7 could not be placed") < text.index("What was")
+
+
+def test_no_colours_of_a_terminal_and_no_hope_where_a_mark_is_final():
+    reason = "\x1b[0;31mNameError\x1b[0m: \x1b]0;title\x07no \x1b[38;5;12m'exam'\x9b0m"
+    marks = [Mark("h", 0, 2, records.FAILED, reason, (reason,))]
+    text = sound(feedback_page(Result("Ada", marks=marks), CHECKS, TITLE)).text
+    assert text.count("NameError: no 'exam'") == 2 and "[0" not in text and "not yet" not in text

@@ -6,7 +6,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from labkit.instructor.records import BY_HAND, ERROR, FAILED, NOT_RUN, OPEN, PASSED, Check, CommandError
+from labkit.instructor.records import BLANK, BY_HAND, ERROR, FAILED, NOT_RUN, OPEN, PASSED, STUB, Check, CommandError
 from labkit.instructor.report.gradebook import Gradebook
 
 CHECKS = [Check("kf", "The filter", 2), Check("q1", "Why?", 3, hand=True)]
@@ -109,3 +109,17 @@ def test_a_file_that_is_no_gradebook_of_this_run_is_told(book, tmp_path):
         other.execute("UPDATE meta SET value = '0' WHERE key = 'version'")
     with pytest.raises(CommandError, match="another version"):
         Gradebook(book.path)
+
+
+@pytest.mark.parametrize("answer", ["", " \n\t\u00a0", STUB, f"\n{STUB}\n\n{STUB} \u200b"])
+def test_a_blank_answer_gives_0_points_waits_for_nobody_and_may_be_overruled(book, answer):
+    add(book, answer=answer)
+    mark = only(book).marks[1]
+    assert (mark.points, mark.status) == (0, BLANK) and (only(book).open, only(book).blank) == (0, 1)
+    book.hand(only(book), "q1", 2, "It was said aloud.")
+    assert (only(book).points, only(book).blank) == (2, 0)
+
+
+def test_a_word_is_an_answer(book):
+    add(book, answer=f"{STUB} no")
+    assert (only(book).open, only(book).blank) == (1, 0)

@@ -6,6 +6,7 @@ from contextlib import closing
 
 import pytest
 
+from labkit.instructor.console import Progress
 from labkit.instructor.records import ERROR, PASSED, Check
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.report.output import write_all
@@ -54,3 +55,26 @@ def test_checks_that_could_not_be_run_are_told_once_for_each_reason(book, tmp_pa
         book.choose(id, [], False)
     assert write_all(book, PAPER, tmp_path, NOTHING) == 1
     assert "2 checks could not be run, the first of Student 0, The filter: No sandbox." in capsys.readouterr().out
+
+
+def test_blank_answers_block_no_grade_and_are_counted_apart(tmp_path, capsys):
+    with closing(Gradebook(tmp_path / "gradebook.db", seed=1)) as book:
+        book.set_paper("lab3", "paper", PAPER.checks)
+        id = book.add("lab3", "Ada", "101", "a.ipynb", "1", "paper", None, False, [], {"q1": " "})
+        book.mark(id, "kf", 2, PASSED)
+        book.finish(id)
+        book.choose(id, [], False)
+        result = book.result(id)
+        (tmp_path / "w.csv").write_text("Identifier,Grade,Maximum Grade,Feedback comments\nParticipant 101,,10.00,\n")
+        write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv"}))
+        Progress(1).tell(result)
+    assert table(tmp_path / "moodle.csv")[1][1:] == ["4", "10.00", "Points: 2 of 5. Why?: no answer."]
+    assert ["Ada", "lab3", "q1", "0", "3", "blank", ""] in table(tmp_path / "grades.csv")
+    header, row = table(tmp_path / "summary.csv")
+    assert dict(zip(header, row))["open"] == "0" and dict(zip(header, row))["blank"] == "1"
+    told = capsys.readouterr().out
+    assert "Mean 2.0 of 5 points; 0 written answers to be read" in told
+    assert "1 question without an answer, at 0 points." in told and "Ada: 2 of 5, 1 without an answer" in told
+    page, overview = ((tmp_path / name).read_text() for name in ("feedback/lab3/Ada.html", "class-lab3.html"))
+    assert "so far" not in page and "You gave no answer." in page and "to be read" not in page
+    assert "1 question without an answer" in overview and "1 without an answer" in overview

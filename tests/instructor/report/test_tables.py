@@ -51,6 +51,13 @@ def test_summary(tmp_path):
     header, *lines = table(tmp_path / "s.csv")
     rows = [dict(zip(header, line)) for line in lines]
     assert datetime.fromisoformat(rows[0].pop("handed_in")) == when
-    ada = ["Ada", "007", LAB, "5", "10", "50.0", "1", "yes", "ada.ipynb", "3", "Two attempts. Late."]
+    ada = ["Ada", "007", LAB, "5", "10", "50.0", "1", "yes", "ada.ipynb", "3", "Two attempts. Late.", "0"]
     assert list(rows[0].values()) == ada
-    assert list(rows[1].values()) == ["Eve", "", LAB, "", "0", "", "0", "", "", "", "0", "No notebook."]
+    assert list(rows[1].values()) == ["Eve", "", LAB, "", "0", "", "0", "", "", "", "0", "No notebook.", "0"]
+
+
+def test_no_colours_of_a_terminal_in_a_table(tmp_path):
+    reason = "NameError: \x1b[0;31mexam\x1b[0m is not defined\x1b[0"
+    marks = [Mark("kf", 0, 2, "error", reason)]
+    write_grades(tmp_path / "g.csv", [Result("Ada", lab=LAB, marks=marks)])
+    assert table(tmp_path / "g.csv")[1][-1] == "NameError: exam is not defined"

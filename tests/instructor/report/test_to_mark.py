@@ -15,7 +15,11 @@ def test_the_same_answers_are_grouped_and_open_ones_come_first():
     results = [student("Ada", "read", 2), student("Cem", " same\n"), student("Bo", "same"), student("Dee", "")]
     page = to_mark_page(results, CHECKS, TITLE)
     text = sound(page).text
-    assert "2 students gave this same answer." in text and "Ada (2)" in text and "No answer: Dee" in text
+    assert (
+        "2 students gave this same answer." in text
+        and "Ada (2)" in text
+        and "No answer, and 0 points unless you give others: Dee" in text
+    )
     assert "3 answers, 3 still to be read" in text and "grades.csv" in text and "run the same command again" in text
     assert text.index("Bo, Cem") < text.index("Ada (2)")
     assert (
