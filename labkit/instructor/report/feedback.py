@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ..records import NOT_RUN, UNSHUT, Check, Mark, Result
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
-from .texts import is_blank, plain
+from .texts import final, is_blank, plain
 
 
 class Entry(NamedTuple):
@@ -103,7 +103,7 @@ def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
         f"{points} of {plain(mark.max_points, 2)}",
         check.hand,
         answer if check.hand and not is_blank(answer) else "",
-        mark.reason.removesuffix(UNSHUT).rstrip(),
+        final(mark.reason.removesuffix(UNSHUT).rstrip()),
         mark.mistake if new else "",
         () if check.hidden else mark.lines,
     )

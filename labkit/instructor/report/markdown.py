@@ -20,8 +20,8 @@ from .texts import readable
 PICTURES, LETTERS = 10, 2_000_000  # pictures of one text that are shown, and letters of a picture's data
 BELOW = 3  # a text's headings stand below the page's own three kinds
 DEEPEST = 40  # lists in lists and the like; what is nested deeper is shown as it was typed
-_PICTURE = re.compile(r"(!\[[^\[\]\n]{0,500}\]\()(data:[^\s()<>]*)\)")
-_KNOWN = re.compile(r"data:image/(png|jpeg|gif);base64,[A-Za-z0-9+/]*=*")
+_PICTURE = re.compile(r"(!\[(?:\\.|[^\[\]\\\n]){0,500}\]\()(data:[^\s()<>]*)\)")
+_KNOWN = re.compile(r"data:image/(png|jpe?g|gif);base64,[A-Za-z0-9+/]*=*")
 
 
 class Shown(NamedTuple):

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..records import BLANK, BY_HAND, CommandError, Result
 from .lms import Row, decimal_comma, fill, fold, one_lab, only, put_grade
 from .sheet import Sheet
-from .texts import clean, guard, listed, number, plain
+from .texts import clean, final, guard, listed, number, plain
 
 LONGEST = 500  # characters of a feedback comment
 NO = {"no", "nein", "non", "nao", "нет"}
@@ -163,7 +163,7 @@ def _comment(result: Result) -> str:
         elif mark.status == BLANK:
             why.setdefault("no answer.", []).append(mark.check)
         elif mark.reason and (mark.points < mark.max_points or mark.status == BY_HAND):
-            why.setdefault(clean(mark.reason), []).append(mark.check)
+            why.setdefault(final(clean(mark.reason)), []).append(mark.check)
     end = " … See your feedback page."
     for reason, checks in why.items():
         more = f" {checks[0]}{f' and {len(checks) - 1} more' if len(checks) > 1 else ''}: {reason}"

@@ -21,12 +21,16 @@ class Group(NamedTuple):
 
 
 class Question(NamedTuple):
-    """A written question with all answers to it, those to be read first."""
+    """A written question with all answers to it, those to be read first.
+
+    empty: who gave none;  noted: of those (label, notes) where something of the notebook was odd.
+    """
 
     check: Check
     progress: str
     groups: list[Group]
     empty: list[Given]
+    noted: list[tuple[str, list[str]]]
 
 
 def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str) -> str:
@@ -50,7 +54,9 @@ def _question(check: Check, named: Sequence[tuple[str, Result]]) -> Question:
         progress = f"{answers}, {everybody.count(None) or 'none'} still to be read"
     else:
         progress = "Nobody has handed this in yet"
-    return Question(check, progress, groups, empty)
+    without = {label for label, _ in empty}
+    noted = [(label, result.notes) for label, result in named if label in without and result.notes]
+    return Question(check, progress, groups, empty, noted)
 
 
 def _read(who: Sequence[Given]) -> bool:

@@ -52,7 +52,7 @@ def test_a_formula_carries_neither_addresses_nor_looks():
 
 
 def test_only_pictures_that_are_in_the_notebook_are_shown():
-    text = f"![mine]({PNG}) ![lost](attachment:x.png) ![far](https://evil.example/x.png) "
+    text = f"![my \\] plot]({PNG}) ![lost](attachment:x.png) ![far](https://evil.example/x.png) "
     text += "![drawn](data:image/svg+xml;base64,AA)"
     for seen in on_pages(text):
         assert seen.tags.count("img") in (1, 3)  # on the page for marking it is question and rubric too

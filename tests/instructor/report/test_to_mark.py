@@ -33,3 +33,11 @@ def test_the_same_answers_are_grouped_and_open_ones_come_first():
 
 def test_a_large_class_fits_a_page():
     sound(to_mark_page(classroom(1000), CHECKS, TITLE))
+
+
+def test_who_gave_no_answer_is_named_with_what_could_not_be_placed():
+    marks, note = [Mark("q6", 0, 3, records.BLANK)], "The text of cell 12 could not be placed."
+    results = [Result("Ada", marks=marks, answers={"q6": " "}, notes=[note]), Result("Bo", marks=marks)]
+    text = sound(to_mark_page(results, CHECKS, TITLE)).text
+    assert "No answer, and 0 points unless you give others: Ada (0), Bo (0)." in text
+    assert f"Ada: {note}" in text and "0 answers, none still to be read" in text and text.count(note) == 1
