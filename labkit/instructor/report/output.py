@@ -99,11 +99,11 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
         print(f"{counted(waiting, 'written answer')} to be read (points go into {out / 'grades.csv'})", end="")
         print(f", {counted(blank, 'question')} without an answer, at 0 points." if blank else ".")
     for result in unfit:
-        print(f"Could not be graded: {clean(result.student)}: {result.problem}")
+        print(f"Could not be graded: {clean(result.student)}: {clean(result.problem)}")
     for reason, alike in groupby(broken, key=lambda of: of[0]):
         (_, first, mark), *others = alike
         who = f"the first of {clean(first.student)}, {mark.check}"
-        print(f"{len(others) + 1} checks could not be run, {who}: {reason}")
+        print(f"{len(others) + 1} checks could not be run, {who}: {clean(reason)}")
     for sentence in told:
         print(sentence)
     overview, to_mark = out / f"class-{paper.lab}.html", out / f"to-mark-{paper.lab}.html"

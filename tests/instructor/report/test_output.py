@@ -51,7 +51,7 @@ def test_tables_pages_and_moodles_own_zip_and_sheet(book, tmp_path, capsys):
 def test_checks_that_could_not_be_run_are_told_once_for_each_reason(book, tmp_path, capsys):
     for n in range(2):
         id = book.add("lab3", f"Student {n}", "", "a.ipynb", str(n), "paper", None, False, [], {})
-        book.mark(id, "kf", 0, ERROR, "No sandbox.")
+        book.mark(id, "kf", 0, ERROR, "\x1b[31mNo sandbox.\x1b[0m")
         book.choose(id, [], False)
     assert write_all(book, PAPER, tmp_path, NOTHING) == 1
     assert "2 checks could not be run, the first of Student 0, The filter: No sandbox." in capsys.readouterr().out
