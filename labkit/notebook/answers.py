@@ -1,10 +1,10 @@
 """Fetch an answer from the notebook of an earlier lab."""
 
-import _thread
+import os
 import re
 import sys
-import threading
-from contextlib import redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -12,19 +12,18 @@ from typing import Any
 from ..checks.feedback import LabError
 from .read import read
 
-SECONDS = 10  # for the check of a loaded answer
-
 
 class EarlierLabError(LabError):
     """The answer of an earlier lab that this one builds on is not there yet."""
 
 
 def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
-    """The object `name` (say, the class KF) from the answer cells of `<lab>.ipynb`, as it was last saved.
+    """The object `name` (say, the class KF) that the notebook `<lab>.ipynb` leaves, as it was last saved.
 
     Looks in `folder`, by default the current one, which is the notebook's own. Prints a note if the
     answer does not pass its check, and nothing otherwise.
     """
+    from .rehearse import Rehearsal, checks_of, subjects
     from .session import Session
 
     path = Path(folder or ".") / f"{lab}.ipynb"
@@ -33,41 +32,36 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     if not path.exists():
         where = f"{path.name} is not in the folder {path.resolve().parent}"
         raise EarlierLabError(f"{first}: {where}. Put it there, {again}.")
-    shown = _figures()
-    cells = read(path)
-    with redirect_stdout(StringIO()):
-        session = Session([cell for cell in cells if cell.role != "check"], place=f"{lab}, ", wanted=[name])
-        problems = [event for event in session.run() if event.error]
-    for number in _figures() - shown:
-        sys.modules["matplotlib.pyplot"].close(number)
+    with _apart(path.resolve().parent):
+        session = Session(read(path), place=f"{lab}, ")
+        problems = list(session.run([name]))
     if name not in session.names:
-        reasons = [line for event in problems for line in event.lines]
+        reasons = [line for problem in problems for line in problem.lines]
         raise EarlierLabError("\n".join([f"{first} ({path.name}), {again}.", *reasons]))
-    problem = _unfinished(cells, name, session.names[name])
-    if problem:
-        end = "" if problem.endswith((".", "?")) else "."
-        print(f"Your `{name}` from {_lab(lab)} does not pass its check yet: {problem}{end}")
-        print(f"Finish it there, {again}.")
+    for check in checks_of(path, session.calls):
+        lines = Rehearsal(session).judge(check) if subjects([check]) == {name} else []
+        if lines:
+            end = "" if lines[0].endswith((".", "?")) else "."
+            print(f"Your `{name}` from {_lab(lab)} does not pass its check yet: {lines[0]}{end}")
+            print(f"Finish it there, {again}.")
+            break
     return session.names[name]
 
 
-def _unfinished(cells, name, answer):
-    """What the check of an answer says that does not pass, in a sentence; '' if it does or has no check."""
-    from ..checks import CheckError, judge, stored
-
-    call = re.compile(rf"""^check\(\s*["']([\w-]+)["'],\s*{name}\s*\)""", re.MULTILINE)
-    found = [match[1] for cell in cells if cell.role == "check" for match in call.finditer(cell.source)]
-    timer = threading.Timer(SECONDS, _thread.interrupt_main)
-    timer.daemon = True
+@contextmanager
+def _apart(folder: Path) -> Iterator[None]:
+    """Run another notebook's code: it finds the files beside it, and what it prints and draws is gone."""
+    shown, here = _figures(), os.getcwd()
+    sys.path.insert(0, str(folder))
+    os.chdir(folder)
     try:
-        timer.start()
-        for check in found:
-            judge(stored(check), answer)
-    except CheckError as error:
-        return error.summary
+        with redirect_stdout(StringIO()):
+            yield
     finally:
-        timer.cancel()
-    return ""
+        os.chdir(here)
+        sys.path.remove(str(folder))
+        for number in _figures() - shown:
+            sys.modules["matplotlib.pyplot"].close(number)
 
 
 def _figures():

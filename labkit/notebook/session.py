@@ -1,113 +1,159 @@
-"""Run a notebook's cells without Jupyter: all of what is asked for, and only what that needs."""
+"""Run a notebook's cells without Jupyter: only what the wanted names need, with what they mean in a kernel.
+
+A kernel keeps the last definition of a name, wherever it stands; so does a session. What the notebook lacks is
+supplied by the cells of the lab as it was handed out, if they are given.
+"""
+
+import __future__
 
 import ast
+import asyncio
+import builtins
+import inspect
 import linecache
 import re
-import symtable
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
-from types import CodeType
 
 from ..checks.feedback import LabError, explain
+from . import source
+from .limits import TimeUpError, cpu_limit
+from .names import Names, names
 from .read import Cell
+from .shell import stand_ins
+
+STEP, ALL = 5.0, 8.0  # seconds of the processor for one statement, and for a notebook's statements together
+FLAGS = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
+_DEFINITIONS = (ast.FunctionDef, ast.ClassDef)
 
 
 @dataclass(frozen=True)
-class Event:
-    """A check that ran, or (check is '') a setup or answer cell that raised; lines say what went wrong."""
+class Problem:
+    """A cell that Python cannot read, or that raised: where, the exception, and lines on what went wrong."""
+
+    where: str
+    error: BaseException
+    lines: list[str]
+
+
+@dataclass(frozen=True)
+class Call:
+    """A cell's call of a check: its name, and where."""
 
     check: str
     where: str
-    error: BaseException | None
-    lines: list[str]
 
 
 @dataclass(eq=False)
 class Step:
-    """One statement at the top of a cell."""
+    """One statement at the top of a cell. label: of the cell;  given: whether it is the lab's own, not the student's;
+    unfilled: whether it defines something that is still to be written."""
 
-    cell: Cell
+    label: str
+    role: str
+    given: bool
     node: ast.stmt
-    code: CodeType
-    check: str
-    sets: set[str]
-    uses: set[str]
+    names: Names
+    unfilled: bool = False
 
 
 class Session:
     """The cells of one notebook and the names that they make.
 
-    Statements of setup and answer cells run, and calls of `check`; an import of the set-up, or a
-    statement of another cell (shown, or added by the student), runs if it sets a name that those need.
+    given: the cells of the lab as it was handed out;  place: what comes before a cell's name when it is told.
     """
 
-    def __init__(self, cells: Iterable[Cell], place: str = "", wanted: Iterable[str] = ()) -> None:
-        self.names: dict[str, object] = {
-            "__name__": "__main__",
-            "input": lambda *_: "",
-            "display": _NOTHING,
-            "get_ipython": _NOTHING,
-        }
+    def __init__(self, cells: Sequence[Cell], given: Sequence[Cell] = (), place: str = "") -> None:
+        self.names: dict[str, object] = {"__name__": "__main__", **stand_ins(self.run_text)}
         self.place = place
-        self.current: Step | None = None  # the one that runs
-        self.stopped: dict[Cell, BaseException] = {}  # by what they raised while they ran
-        self.broken: list[tuple[Cell, Exception]] = []  # with the error of their syntax
-        code = [cell for cell in cells if cell.code]
-        self.steps = _needed([step for cell in code for step in self._steps(cell)], set(wanted))
-        calling = {step.cell for step in self.steps if step.check} | {cell for cell, _ in self.broken}
-        self.emptied = [cell for cell in code if cell.role == "check" and cell not in calling]
+        self.calls: list[Call] = []
+        self.broken: list[Problem] = []  # cells that Python cannot read
+        self.stopped: dict[str, Problem] = {}  # by the label of the cell that raised
+        self._flags, self._runner = FLAGS, None
+        labels = _labels(cells)
+        own = [step for cell in cells if cell.code for step in self._steps(cell, labels[cell.number])]
+        made = set().union(*(step.names.sets for step in own)) if own else set()
+        supply = [step for cell in given if cell.code for step in self._steps(cell, cell.label, given=True)]
+        self.steps = [*(step for step in supply if not step.names.sets <= made), *own]
 
-    def _steps(self, cell):
-        filename = self.place + cell.label
-        source = plain(cell.source)
-        linecache.cache[filename] = (len(source), None, source.splitlines(True), filename)
+    def _steps(self, cell, label, given=False):
+        filename = self.place + label
         try:
-            body = [part for node in ast.parse(source, filename).body for part in _parts(node)]
-            steps = [_step(cell, node, filename) for node in body]
-        except (SyntaxError, ValueError) as error:
-            self.broken.append((cell, error))
-            return
-        yield from steps
+            code = source.python(cell.source)
+            _remember(filename, cell.source if code.count("\n") <= cell.source.count("\n") + 1 else code)
+            nodes = [part for node in source.statements(code, filename) for part in _parts(node)]
+            steps = [Step(label, cell.role, given, node, names(node), _is_unfilled(node)) for node in nodes]
+        except (SyntaxError, ValueError, RecursionError) as error:
+            _remember(filename, cell.source)
+            if not given:
+                self.broken.append(Problem(label, error, explain(error).splitlines()))
+            return []
+        checks = {step: _check_of(step.node) for step in steps}
+        if not given:
+            self.calls += [Call(check, label) for check in checks.values() if check]
+        return [step for step in steps if not checks[step]]
 
-    def run(self) -> Iterator[Event]:
-        """Run the statements in order and yield an Event for each check and for each cell that raised."""
-        for cell, error in self.broken:
-            if cell.role in ("setup", "answer", "check"):
-                yield Event("", cell.label, error, explain(error).splitlines())
-        for cell in self.emptied:
-            error = LabError("This cell calls no check any more: put its line `check(...)` back.")
-            yield Event("", cell.label, error, error.lines)
-        for step in self.steps:
-            cell, check = step.cell, step.check
-            if cell in self.stopped and not check:
-                continue
-            self.current = step
-            error = self._exec(step.code)
-            if check or error and cell.role in ("setup", "answer"):
-                yield Event(check, cell.label, error, self._lines(error) if error else [])
-            if error and not check and cell.role != "setup":
-                self.stopped[cell] = error
+    def run(self, wanted: Iterable[str]) -> Iterator[Problem]:
+        """Run, in order, what the wanted names need; yield a Problem for each cell that stopped: the others go on."""
+        yield from self.broken
+        left = ALL
+        for step in needed(self.steps, set(wanted)):
+            spent, error = self._exec(step.node, self.place + step.label, min(STEP, max(left, 0.2)))
+            left -= spent
+            if error and step.label not in self.stopped:
+                problem = Problem(step.label, error, self.lines(error))
+                self.stopped[step.label] = problem
+                yield problem
+        if self._runner:
+            self._runner.close()
 
-    def _exec(self, code):
+    def _exec(self, node, filename, seconds):
+        """(seconds that it took, what it raised or None)."""
+        error = None
         try:
-            exec(code, self.names)
-        except (Exception, SystemExit) as error:
-            return error
+            with cpu_limit(seconds) as limit:
+                code = compile(ast.Module([node], []), filename, "exec", self._flags, dont_inherit=True)
+                if isinstance(node, ast.ImportFrom) and node.module == "__future__":
+                    self._flags |= getattr(__future__, node.names[0].name).compiler_flag
+                if code.co_flags & inspect.CO_COROUTINE:
+                    self._runner = self._runner or asyncio.Runner()
+                    self._runner.run(eval(code, self.names))
+                else:
+                    exec(code, self.names)
+        except (Exception, SystemExit, TimeUpError) as raised:
+            error = raised
+        return limit.spent, error
 
-    def _lines(self, error):
+    def run_text(self, text: str, filename: str) -> None:
+        """Run Python among the notebook's names, as `%run` does."""
+        exec(compile(text, filename, "exec", dont_inherit=True), self.names)
+
+    def lines(self, error: BaseException) -> list[str]:
         """What went wrong; where a name is missing, also which cell should have made it."""
         lines = error.lines if isinstance(error, LabError) else explain(error).splitlines()
         missing = re.search(r"name '(\w+)' is not defined", str(error))
         if not missing:
             return lines
         name = missing[1]
-        for cell in {step.cell for step in self.steps if name in step.sets} & self.stopped.keys():
-            why = explain(self.stopped[cell]).splitlines()[0]
-            lines.append(f"`{name}` comes from {cell.label}, which stopped: {why}")
-        for cell, _ in self.broken:
-            if re.search(rf"\b{name}\b", cell.source):
-                lines.append(f"`{name}` may come from {cell.label}, which Python cannot read.")
+        for label in {step.label for step in self.steps if name in step.names.sets} & self.stopped.keys():
+            lines.append(f"`{name}` comes from {label}, which stopped: {self.stopped[label].lines[0]}")
+        for problem in self.broken:
+            text = "".join(linecache.getlines(self.place + problem.where))
+            if re.search(rf"\b{name}\b", text):
+                lines.append(f"`{name}` may come from {problem.where}, which Python cannot read.")
         return lines
+
+
+def _labels(cells):
+    """{number: label}, each once: of several cells of one id, which a copy keeps, the later ones go by their number."""
+    found: dict[str, int] = {}
+    for cell in cells:
+        found.setdefault(cell.label, cell.number)
+    return {cell.number: cell.label if found[cell.label] == cell.number else f"cell {cell.number}" for cell in cells}
+
+
+def _remember(filename, text):
+    linecache.cache[filename] = (len(text), None, text.splitlines(True), filename)
 
 
 def _parts(node):
@@ -119,113 +165,55 @@ def _parts(node):
     return [node]
 
 
-def _step(cell, node, filename):
-    code = compile(ast.Module([node], []), filename, "exec", dont_inherit=True)
-    sets, uses = _names(node)
-    targets = getattr(node, "targets", None) or [getattr(node, "target", None)]
-    for target in targets:  # KF.update = ... changes KF
-        while isinstance(target, ast.Attribute | ast.Subscript):
-            target = target.value
-            sets |= {target.id} if _is_name(target) else set()
+def _check_of(node):
+    """The name in a statement `check("name", ...)`, or ''."""
     call = node.value if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) else None
     is_check = call and getattr(call.func, "id", getattr(call.func, "attr", "")) == "check" and call.args
-    name = call.args[0].value if is_check and isinstance(call.args[0], ast.Constant) else ""
-    return Step(cell, node, code, str(name), sets, uses)
+    return str(call.args[0].value) if is_check and isinstance(call.args[0], ast.Constant) else ""
 
 
-def _names(node):
-    """The global names that a statement, which is compiled already, sets, and those that it may look up."""
-    node = _AsGenerators().visit(node)
-    sets, uses = _of_table(_table(node))
-    if isinstance(node, ast.ClassDef):
-        uses = _used_by_class(node)
-    changed = {each.target.id for each in ast.walk(node) if isinstance(each, ast.AugAssign) and _is_name(each.target)}
-    return (set() if isinstance(node, ast.Delete) else sets), uses | changed & sets  # x += 1 looks x up
+def _is_unfilled(node):
+    """Whether it defines a function or class in which a function still ends with `raise NotImplementedError`."""
+    functions = [f for f in ast.walk(node) if isinstance(f, ast.FunctionDef)] if isinstance(node, _DEFINITIONS) else []
+    ends = [f.body[-1].exc for f in functions if isinstance(f.body[-1], ast.Raise)]
+    return any("NotImplementedError" in ast.unparse(end) for end in ends if end)
 
 
-def _used_by_class(node):
-    """The names that a class may look up: what its body gave itself before is its own."""
-    head = [*node.decorator_list, *node.bases, *(keyword.value for keyword in node.keywords)]
-    uses, own = set().union(*(_of_table(_table(ast.Expr(part)))[1] for part in head)), set()
-    for part in node.body:
-        level = _table(ast.ClassDef("_", [], [], [part], [])).get_children()[0]
-        uses |= {symbol.get_name() for symbol in level.get_symbols() if symbol.is_referenced()} - own
-        uses = uses.union(*(_of_table(inner)[1] for inner in level.get_children()))
-        own |= {symbol.get_name() for symbol in level.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
-    return uses
-
-
-def _of_table(table):
-    """(sets, uses) of a symbol table and those in it."""
-    sets, uses = set(), set()
-    for symbol in table.get_symbols():
-        if symbol.is_global() or table.get_type() == "module":
-            sets |= {symbol.get_name()} if symbol.is_assigned() or symbol.is_imported() else set()
-            uses |= {symbol.get_name()} if symbol.is_referenced() else set()
-    for inner in map(_of_table, table.get_children()):
-        sets, uses = sets | inner[0], uses | inner[1]
-    return sets, uses
-
-
-def _table(node):
-    return symtable.symtable(ast.unparse(node), "", "exec")
-
-
-class _AsGenerators(ast.NodeTransformer):
-    """Makes generators of comprehensions, whose names newer Pythons list among those of what is around them."""
-
-    def visit(self, node):
-        node = self.generic_visit(node)
-        if not isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp):
-            return node
-        parts = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
-        return ast.GeneratorExp(ast.Tuple(parts, ast.Load()), node.generators)
-
-
-def _is_name(node):
-    return isinstance(node, ast.Name)
-
-
-def _needed(steps, wanted):
-    """The steps that run: checks, answers, the set-up but for its imports, and what all these depend on."""
-    chosen = {step for step in steps if step.check or step.cell.role in ("setup", "answer")}
-    chosen -= {step for step in chosen if step.cell.role == "setup" and isinstance(step.node, _IMPORTS)}
+def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
+    """The steps that run: what the wanted names depend on, and what changes any of that."""
+    steps = _without_stubs(steps)
+    made = {name for step in steps for name in step.names.sets}
+    imported = {name for step in steps if _is_import(step.node) for name in step.names.sets}
+    functions = {name for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given for name in s.names.sets}
+    chosen: set[Step] = set()
     while True:
-        names = wanted.union(*(step.uses for step in chosen))
-        more = {step for step in steps if step.sets & names} - chosen
+        names = wanted.union(*(step.names.uses for step in chosen))
+        unknown = names - made - set(dir(builtins))
+        more = {s for s in steps if _serves(s, names, imported, functions) or s.names.anything and unknown} - chosen
         if not more:
             return [step for step in steps if step in chosen]
         chosen |= more
 
 
-def plain(source: str) -> str:
-    """The source without IPython's magics; each line keeps its number."""
-    try:
-        ast.parse(source)
-        return source
-    except (SyntaxError, ValueError):
-        pass
-    cell_magic = re.match(r"\s*%%(\w+)", source)
-    if cell_magic and cell_magic[1] not in ("time", "timeit", "capture", "prun"):
-        return ""
-    return "\n".join(_MAGIC.sub(r"\1\2None", line) for line in source.split("\n"))
+def _without_stubs(steps):
+    """The steps without parts that are still to be written and are written elsewhere: they replace nothing."""
+    written = {
+        name
+        for step in steps
+        if isinstance(step.node, _DEFINITIONS) or isinstance(step.node, ast.Assign) and step.role in ("answer", "own")
+        for name in step.names.sets
+        if not step.unfilled
+    }
+    return [step for step in steps if not (step.unfilled and step.names.sets <= written)]
 
 
-# %matplotlib inline, !pip list, files = !ls, ?np.kron, np.kron?
-_MAGIC = re.compile(r"^(\s*)([\w.,\s]*=\s*)?(?:[%!?].*|[\w.]+\?+\s*)$")
+def _serves(step, names, imported, functions):
+    """Whether a step makes or changes one of the names."""
+    if step.names.sets & names or (step.names.changes - imported) & names:
+        return True
+    changing = {"setattr", "delattr"} | (functions if step.role in ("answer", "own") else set())
+    return any(function in changing and name in names for function, name in step.names.passes)
 
 
-_IMPORTS = (ast.Import, ast.ImportFrom)
-
-
-class _Nothing:
-    """Takes the place of what only Jupyter has: any use of it does nothing."""
-
-    def __getattr__(self, name):
-        return self
-
-    def __call__(self, *args, **options):
-        return self
-
-
-_NOTHING = _Nothing()
+def _is_import(node):
+    return isinstance(node, ast.Import | ast.ImportFrom)

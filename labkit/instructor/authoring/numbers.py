@@ -44,7 +44,7 @@ def make(check: Check, source: str) -> dict:
     problems += _misnamed(mistakes)
     if problems:
         raise CommandError("\n".join(f"{check.name}: {problem}" for problem in problems))
-    data = {"name": check.name, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
+    data = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
     return {**data, "mistakes": [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]}
 
 
@@ -147,7 +147,7 @@ def as_text(data: dict) -> str:
         f'{{"id": {line(m["id"])}, "say": {line(m["say"])}, "forms": [\n' + ",\n".join(map(line, m["forms"])) + "]}"
         for m in data["mistakes"]
     )
-    head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "subject", "kind"))
+    head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "lab", "subject", "kind"))
     return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]}}\n'
 
 
