@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .compare import gap, identify, nearest
-from .feedback import LabError, own_line
+from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
 from .trace import Scenario, Trace, run
 
 Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
 DATA = Path(__file__).parent / "data"
-STOPPED = "It was still running when it was stopped: does a loop never end?"
 NEWEST_IS_BROKEN = (
     "The last version of your answer cannot be read by Python (see the error above); this check still sees "
     "the one before it."

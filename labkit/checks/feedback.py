@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 from types import FrameType
 
+STOPPED = "It was still running when it was stopped: does a loop never end?"
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Of an exception, its text and what to do about it.
 _KNOWN = tomllib.loads(Path(__file__).with_name("exceptions.toml").read_text(encoding="utf-8"))["known"]
@@ -97,6 +98,8 @@ def sentence(error: BaseException) -> str:
     text = (error.msg if isinstance(error, SyntaxError) else str(error)).strip().removesuffix(".")
     if isinstance(error, LabError):
         return str(error)
+    if isinstance(error, KeyboardInterrupt):
+        return STOPPED
     if isinstance(error, NotImplementedError):
         return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")

@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 from argparse import Namespace
+from base64 import b64encode
 from pathlib import Path
 
 from .console import Progress
@@ -166,7 +167,8 @@ def _enter(book, paper, found, anew):
     if done:
         return None, graded_by != paper.digest
     key = f"{entry.student}\n{entry.identifier}"
-    return pool.Job(id, key, work.cells, work.sources, frozenset(book.marked(id))), False
+    files = {path: b64encode(content).decode("ascii") for path, content in work.files.items()}
+    return pool.Job(id, key, work.cells, work.sources, frozenset(book.marked(id)), files), False
 
 
 def _refuse(book, paper, unfit):

@@ -1,8 +1,9 @@
 """Read a notebook file as data."""
 
+import codecs
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -75,10 +76,10 @@ def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = No
     """What the bytes of a notebook file hold; raises NotebookError. `pairs`: see `object_pairs_hook` of json."""
     if not raw.strip():
         raise NotebookError(f"{path} is empty.")
-    if raw.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
-        raise NotebookError(f"{path} starts with a byte order mark: save it again as UTF-8 without BOM.")
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise NotebookError(f"{path} is UTF-16 text: save it again as UTF-8.")
     try:
-        text = raw.decode("utf-8").strip()
+        text = raw.removeprefix(codecs.BOM_UTF8).decode("utf-8").strip()  # some editors of Windows write one
         return json.loads(text, object_pairs_hook=pairs)
     except UnicodeDecodeError:
         raise NotebookError(f"{path} is not UTF-8 text, so it is not a notebook.") from None
@@ -106,6 +107,14 @@ def cells_of(content: Any, path: Path | str = "The file") -> list[Cell]:
     return [_cell(cell, number, path) for number, cell in enumerate(cells, start=1)]
 
 
+def labels(cells: Sequence[Cell]) -> dict[int, str]:
+    """{number of a cell: what it is called}, each once: copies keep the id, and all but the first go by their number."""
+    found: dict[str, int] = {}
+    for cell in cells:
+        found.setdefault(cell.label, cell.number)
+    return {cell.number: cell.label if found[cell.label] == cell.number else f"cell {cell.number}" for cell in cells}
+
+
 def _cell(cell, number, path):
     source = cell.get("source") if isinstance(cell, dict) else None
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
@@ -114,6 +123,14 @@ def _cell(cell, number, path):
         raise NotebookError(f"{path}: cell {number} is not a notebook cell.")
     id = cell["id"] if isinstance(cell.get("id"), str) else ""
     found = Cell(number, id, "own", cell["cell_type"] == "code", source, cell)
+    found = replace(found, id=_kept_id(found))
     # The role in the metadata, which copying and pasting keeps; else a tag; else what the id begins with.
     words = [found.metadata.get("labkit"), *found.tags, re.split("[-_]", id)[0]]
     return replace(found, role=next((word for word in words if word in ROLES), "own"))
+
+
+def _kept_id(cell):
+    """The cell's id as the lab gave it: many programs make new ones, or none, but keep nbgrader's in the metadata."""
+    marks = cell.metadata.get("nbgrader")
+    kept = marks.get("grade_id") if isinstance(marks, dict) else None
+    return kept if isinstance(kept, str) and not cell.id.startswith(ROLES) else cell.id

@@ -19,7 +19,7 @@ from ..checks.feedback import LabError, explain
 from . import source
 from .limits import TimeUpError, cpu_limit
 from .names import Names, names
-from .read import Cell
+from .read import Cell, labels
 from .shell import stand_ins
 
 STEP, ALL = 5.0, 8.0  # seconds of the processor for one statement, and for a notebook's statements together
@@ -70,8 +70,8 @@ class Session:
         self.broken: list[Problem] = []  # cells that Python cannot read
         self.stopped: dict[str, Problem] = {}  # by the label of the cell that raised
         self._flags, self._runner = FLAGS, None
-        labels = _labels(cells)
-        own = [step for cell in cells if cell.code for step in self._steps(cell, labels[cell.number])]
+        label_of = labels(cells)
+        own = [step for cell in cells if cell.code for step in self._steps(cell, label_of[cell.number])]
         made = set().union(*(step.names.sets for step in own)) if own else set()
         supply = [step for cell in given if cell.code for step in self._steps(cell, cell.label, given=True)]
         self.steps = [*(step for step in supply if not step.names.sets <= made), *own]
@@ -142,14 +142,6 @@ class Session:
             if re.search(rf"\b{name}\b", text):
                 lines.append(f"`{name}` may come from {problem.where}, which Python cannot read.")
         return lines
-
-
-def _labels(cells):
-    """{number: label}, each once: of several cells of one id, which a copy keeps, the later ones go by their number."""
-    found: dict[str, int] = {}
-    for cell in cells:
-        found.setdefault(cell.label, cell.number)
-    return {cell.number: cell.label if found[cell.label] == cell.number else f"cell {cell.number}" for cell in cells}
 
 
 def _remember(filename, text):

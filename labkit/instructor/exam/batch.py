@@ -7,17 +7,22 @@ does, so that it never outlives the grader.
 
 import json
 import os
+import queue
 import sys
 import threading
+import time
 from collections.abc import Callable, Container, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from ..sandbox.channel import FAR
+
 if TYPE_CHECKING:  # what grades needs no papers, and is there sooner without
     from .paper import Paper
 
 SPARE = 20  # seconds that a check cell may take beyond all of one student's time
+LOOK = 1  # seconds between two looks at whether the kernel lives
 
 
 def notebook(paper: "Paper", done: Sequence[Container[str]]) -> dict[str, Any]:
@@ -66,7 +71,7 @@ def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
         str(Path(folder, "checks.ipynb")),
         "--nbval",
         "--nbval-current-env",
-        f"--nbval-cell-timeout={batch['time']['total'] + SPARE}",
+        f"--nbval-cell-timeout={FAR * (batch['time']['total'] + SPARE)}",
         "-p",
         "nbval.plugin",
         "-p",
@@ -85,9 +90,22 @@ def ready() -> ModuleType:
     # jsonschema looks for it to check internet addresses, which notebooks' metadata have none of; that it reads
     # its grammar takes longer than all else here.
     sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]  # None: there is none
-    import nbval.plugin  # noqa: F401
+    import nbval.plugin
     import pytest
 
+    get_message = nbval.kernel.RunningKernel.get_message
+
+    def patient(kernel, stream, timeout=None):
+        """As nbval's own, which waits 5 s for output, too short on a busy machine, and minutes for a dead kernel."""
+        stop = time.monotonic() + max(timeout or 0, SPARE * FAR)
+        while True:
+            try:
+                return get_message(kernel, stream, timeout=LOOK)
+            except queue.Empty:
+                if not kernel.is_alive() or time.monotonic() > stop:
+                    raise
+
+    nbval.kernel.RunningKernel.get_message = patient
     return pytest
 
 

@@ -16,7 +16,7 @@ from ...checks.feedback import FilterError
 from .. import records
 from ..sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from ..sandbox.launch import Sandbox
-from ..sandbox.proxy import MissingAnswerError, Student
+from ..sandbox.proxy import MissingAnswerError, Notebook, Student
 from .exam import Exam
 
 FILE = "said.jsonl"
@@ -30,12 +30,13 @@ class Batch:
         self.folder, self.exam = Path(folder), exam
         batch = json.loads((self.folder / "batch.json").read_text(encoding="utf-8"))
         self.students, self.checks = batch["students"], {c["id"]: c for c in batch["checks"]}
-        self.subjects, self.time = batch["subjects"], batch["time"]
+        self.subjects, self.given, self.time = batch["subjects"], batch["given"], batch["time"]
         self.sandbox = Sandbox(**batch["sandbox"])
         self.number: int | None = None  # of the student whose turn it is
         self.student: Student | None = None
         self.spare: Channel | None = None
         self.check: str | None = None  # the cell that runs
+        self.stopped = 0  # how often the student's time was up before it
         exam.seed, exam.keep = batch["seed"], self.keep
         shell.events.register("post_run_cell", self._ran)
 
@@ -44,7 +45,7 @@ class Batch:
         self.check = None  # nothing is told of a cell that did not begin
         student = self.student if number == self.number and self.student else self._next(number)
         self.exam.student, self.exam.current = self.students[number]["key"], check
-        self.check = check
+        self.check, self.stopped = check, student.stopped
         for name in self.subjects:
             names.pop(name, None)
         wanted = self.checks[check]["uses"]
@@ -54,7 +55,8 @@ class Batch:
         if self.student:
             self.student.end()
         self.number, sent = number, self.students[number]
-        self.student = Student(self.sandbox, sent["cells"], self.subjects, self.spare, **self.time)
+        notebook = Notebook(sent["cells"], self.given, sent["files"])
+        self.student = Student(self.sandbox, notebook, self.subjects, self.spare, **self.time)
         # The next student's worker imports what it needs while this one is graded.
         self.spare = Channel(self.sandbox, self.time["total"]) if number + 1 < len(self.students) else None
         return self.student
@@ -69,7 +71,9 @@ class Batch:
         error = result.error_before_exec or result.error_in_exec
         told = self._told(error) if error else {"status": records.PASSED}
         with open(self.folder / FILE, "a", encoding="utf-8") as file:
-            file.write(json.dumps({"number": self.number, "check": self.check, **told}) + "\n")
+            stopped = bool(self.student and self.student.stopped > self.stopped)
+            about = {"number": self.number, "check": self.check, "stopped": stopped}
+            file.write(json.dumps({**about, **told}) + "\n")
         self.check = None
 
     def _told(self, error):
@@ -103,6 +107,8 @@ class Batch:
         known = error.kind == "LinAlgError" or isinstance(getattr(builtins, error.kind, None), type)
         kind = error.kind if known else "problem of its own"  # a name that they chose could tell something
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
+        if error.stopped:
+            reason = "Your code was still running when its time was up."
         if error.place is None:
             return {"reason": reason}
         label, line = error.place

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -29,13 +29,15 @@ KIT = str(Path(__file__).resolve().parents[3])
 
 @dataclass(frozen=True)
 class Job:
-    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark."""
+    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark;
+    files: {path: base64} of what lies beside the notebook."""
 
     id: int
     key: str
     cells: list[dict[str, Any]]
     sources: dict[str, str]
     done: frozenset[str] = frozenset()
+    files: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,12 @@ def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: st
         "time": room.time,
         "sandbox": {**room.way, "runtime": runtime},
         "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
-        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources} for j in jobs],
+        "given": [
+            {"number": c.number, "id": c.id, "role": c.role, "code": True, "source": c.source}
+            for c in paper.released
+            if c.code
+        ],
+        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources, "files": j.files} for j in jobs],
     }
     Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
     notebook = batch.notebook(paper, [job.done for job in jobs])
@@ -161,7 +168,37 @@ class Local:
         self._folder.cleanup()
 
     def grade(self, room: Room, jobs: Sequence[Job]) -> Iterator[News]:
-        """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why)."""
+        """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why).
+
+        What ran into a limit of time is tried once more at the end, with nothing else going on.
+        """
+        held: dict[int, dict[str, News]] = {}
+        for news in self._together(room, jobs):
+            kind, id, item = news
+            if kind == "mark" and item.get("stopped"):
+                held.setdefault(id, {})[item["check"]] = news
+            elif id in held and kind != "mark":
+                held[id][""] = news
+            else:
+                yield news
+        for job in jobs:
+            if job.id in held:
+                yield from self._alone(room, job, held[job.id])
+
+    def _alone(self, room, job, held):
+        *_, (kind, _, end) = held.values()
+        done = frozenset(cell.id for cell in room.paper.cells if cell.id not in held)
+        try:
+            found = list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if kind == "done" else []
+        except (OSError, ValueError):
+            self._runners[0].end()
+            self._runners[0] = Runner(self._scratch)
+            found = []
+        news = held | {item["check"]: ("mark", id, item) for what, id, item in found if what == "mark"}
+        yield from (one for check, one in news.items() if check)
+        yield kind, job.id, end
+
+    def _together(self, room, jobs):
         waiting: queue.SimpleQueue = queue.SimpleQueue()
         news: queue.SimpleQueue = queue.SimpleQueue()
         todo = batches(jobs, self._workers)

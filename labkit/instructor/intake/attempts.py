@@ -8,7 +8,6 @@ from itertools import groupby
 from ...notebook.read import Cell
 from ..records import HandInError
 from .collect import Entry, Submissions, Unfit
-from .handin import tidy
 from .submission import Work, assemble
 
 
@@ -87,7 +86,6 @@ def _in_order(entries, rules):
 
 def _hand_in(submissions, entry, released, told, late):
     cells, digest = submissions.read(entry)
-    cells, odd = tidy(cells, {cell.id: cell.code for cell in released if cell.role == "answer"})
     work = assemble(released, cells)
-    notes = [*entry.notes, *odd, *work.notes, *told, *["Handed in late."] * late]
+    notes = [*entry.notes, *work.notes, *told, *["Handed in late."] * late]
     return HandIn(entry, digest, late, work, notes)

@@ -1,63 +1,82 @@
-"""From a student's notebook to what the worker runs: their answers and own cells, the rest as released."""
+"""From a student's notebook to what is graded: its code for the worker, its written answers for a person."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ...notebook.read import Cell
+from ...notebook.read import Cell, labels
+from ..records import HandInError
+from .names import listed
+from .written import written
 
 LONGEST = 200_000  # characters of one cell; an answer has a thousand
 
 
 @dataclass
 class Work:
-    """cells: for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: text} of the
-    written questions;  notes: sentences on what was too long.
+    """cells: the code, for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: Markdown}
+    of the written questions;  notes: sentences on what is missing, too long or in no place;  files: {path: content}
+    that were handed in beside the notebook.
     """
 
     cells: list[dict] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
     answers: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    files: dict[str, bytes] = field(default_factory=dict)
 
 
-def assemble(released: Sequence[Cell], cells: Sequence[Cell]) -> Work:
-    """The Work of a submission: the cells of the students' notebook as it was handed out, and of the one handed in.
+def assemble(released: Sequence[Cell], cells: Sequence[Cell], files: Mapping[str, bytes] | None = None) -> Work:
+    """The Work of a submission: all code that the student's notebook has, in its order, and the written answers.
 
-    Answers are found by their id; cells that the student added keep their place behind the released cell that they
-    follow; everything else is taken from the release.
+    released: the cells of the students' notebook as it was handed out;  cells: those that were handed in. Raises
+    HandInError if they have nothing of this lab.
     """
-    work, known = Work(), {cell.id: cell for cell in released}
-    answers: dict[str, Cell] = {}
-    own: dict[str, list[Cell]] = {"": []}  # what follows each released cell; "" stands for the top
-    last = ""
+    work = Work(files=dict(files or {}))
+    label_of = labels(cells)
+    _refuse_others(released, cells)
     for cell in cells:
-        if cell.id in known and cell.id not in own:
-            last = cell.id
-            own[last] = []
-            if known[last].role == "answer" and cell.code == known[last].code:
-                answers[last] = cell
-        elif cell.code:
-            own[last].append(cell)
-    for cell in released:
-        if cell.role == "answer" and not cell.code:
-            text = answers[cell.id].source if cell.id in answers else ""
-            work.answers[cell.id] = "" if text.strip() == cell.source.strip() else text[:LONGEST]
-            if len(text) > LONGEST:
-                work.notes.append(f"Of {cell.label} only the first {LONGEST} characters are shown.")
-    for cell in own[""]:
-        _add(work, cell, "", "own", cell.source)
-    for cell in released:
-        if cell.code and cell.role != "check":
-            source = answers[cell.id].source if cell.id in answers else cell.source
-            _add(work, cell, cell.id, cell.role, source)
-        for more in own.get(cell.id, []):
-            _add(work, more, "", "own", more.source)
+        if cell.code and cell.source.strip():
+            _add(work, cell, label_of[cell.number])
+    work.answers, notes = written(released, cells)
+    text = "\n".join(cell.source for cell in cells if cell.code)
+    missing = [f"`{name}`" for name in defined(released) if not re.search(rf"\b{name}\b", text)]
+    if missing:
+        notes = [f"Nothing in the notebook defines {listed(missing)}.", *notes]
+    work.notes += notes
     return work
 
 
-def _add(work, cell, id, role, source):
-    if len(source) > LONGEST:
-        work.notes.append(f"The code of {cell.label} has more than {LONGEST} characters and was left out.")
+def defined(released: Sequence[Cell]) -> list[str]:
+    """The functions and classes that a lab's answer cells define."""
+    code = [cell.source for cell in released if cell.code and cell.role == "answer"]
+    return [name for source in code for name in re.findall(r"(?m)^(?:class|def) (\w+)", source)]
+
+
+def _refuse_others(released, cells):
+    """Raise HandInError for a notebook of another lab, or of none."""
+    calls = re.compile(r"""(?m)^\s*check\(\s*["']([\w-]+)["']""")
+    ours = {name for cell in released for name in calls.findall(cell.source)}
+    called = {name for cell in cells if cell.code for name in calls.findall(cell.source)}
+    names, known = defined(released), {cell.id for cell in released}
+    if called and ours and not called & ours:
+        raise HandInError(f"It is the notebook of another lab: it calls check({min(called)!r}).")
+    lines = {line.strip() for cell in released for line in cell.source.splitlines() if len(line.strip()) > 20}
+    own = "\n".join(cell.source for cell in cells)
+    has_name = any(re.search(rf"\b(class|def) {name}\b|(?m:^){name} *=", own) for name in names)
+    has_line = any(line.strip() in lines for line in own.splitlines())
+    if not (has_name or has_line or any(cell.id in known for cell in cells)):
+        raise HandInError(
+            f"Nothing of this lab is in it, neither its text nor {listed([f'`{name}`' for name in names])}: hand in "
+            "the notebook that was given out, filled in and saved."
+        )
+
+
+def _add(work, cell, label):
+    if len(cell.source) > LONGEST:
+        work.notes.append(f"The code of {label} has more than {LONGEST} characters and was left out.")
         return
-    work.cells.append({"number": cell.number, "id": id, "role": role, "code": True, "source": source})
-    work.sources[f"cell '{id}'" if id else f"cell {cell.number}"] = source
+    work.cells.append(
+        {"number": cell.number, "id": cell.id, "role": cell.role, "code": True, "source": cell.source}
+    )
+    work.sources[label] = cell.source

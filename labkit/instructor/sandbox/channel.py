@@ -6,15 +6,27 @@ import time
 from typing import Any
 
 from ...checks.feedback import FilterError
+from ...notebook.limits import still_running
 from . import wire
 from .launch import Sandbox
+from .usage import Usage
 
-START = 30  # seconds for a worker to be there, on a busy machine
+START = 30  # seconds of the processor for a worker to be there
+STUCK = 2.0  # more than its code was given: then a library is at it, which the worker cannot stop itself
+FAR = 20  # times as long as code may compute the grader waits on a busy machine
+LOOK = 0.1  # seconds between two looks at what a worker has used
 SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
 
 
 class WorkerLostError(FilterError):
-    """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student."""
+    """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student.
+
+    stopped: whether that was because its time was up.
+    """
+
+    def __init__(self, text: str, stopped: bool = False) -> None:
+        super().__init__(text)
+        self.stopped = stopped
 
 
 class StudentCodeError(FilterError):
@@ -22,9 +34,9 @@ class StudentCodeError(FilterError):
 
     public = False  # whether its text may be shown: what raised had seen nothing secret
 
-    def __init__(self, kind: str, place: tuple[str, int] | None, text: str) -> None:
+    def __init__(self, kind: str, place: tuple[str, int] | None, text: str, stopped: bool = False) -> None:
         super().__init__(text)
-        self.kind, self.place = kind, place
+        self.kind, self.place, self.stopped = kind, place, stopped
 
 
 class Channel:
@@ -32,6 +44,7 @@ class Channel:
 
     def __init__(self, sandbox: Sandbox, seconds: float) -> None:
         self.worker = sandbox.start(seconds)
+        self.usage = Usage(self.worker.process.pid)
         self.ready = False
         for stream in (self.worker.requests, self.worker.answers):
             os.set_blocking(stream.fileno(), False)
@@ -40,16 +53,20 @@ class Channel:
         """Wait until it has confined itself. Raises WorkerLostError."""
         if not self.ready:
             self.ask({"do": "confine", **self.worker.limits}, START)
+            self.usage = Usage(self.worker.process.pid)  # what shuts it in has started it by now
             self.ready = True
 
     def ask(self, request: dict[str, Any], seconds: float) -> dict[str, Any]:
-        """The answer to a request. Raises StudentCodeError, or WorkerLostError: then the worker is no use any more."""
-        deadline = time.monotonic() + seconds
-        self._send(wire.pack(request, objects=True), deadline)
+        """The answer to a request, for which the worker may compute or sleep so many seconds.
+
+        Raises StudentCodeError, or WorkerLostError: then the worker is no use any more.
+        """
+        limit = _Deadline(self.usage, seconds)
+        self._send(wire.pack({**request, "allowed": seconds}, objects=True), limit)
         try:
-            head = self._receive(8, deadline)
+            head = self._receive(8, limit)
             text, raw = wire.sizes(head)
-            body = self._receive(text + raw, deadline)
+            body = self._receive(text + raw, limit)
             answer = wire.unpack(body[:text], body[text:])
         except wire.FrameError:
             raise WorkerLostError(SPOILT) from None
@@ -61,11 +78,11 @@ class Channel:
             raise StudentCodeError(*_failure(answer))
         return answer
 
-    def _send(self, data, deadline):
+    def _send(self, data, limit):
         stream = self.worker.requests
         view = memoryview(data)
         while view:
-            self._wait(stream, selectors.EVENT_WRITE, deadline)
+            self._wait(stream, selectors.EVENT_WRITE, limit)
             try:
                 view = view[os.write(stream.fileno(), view) :]
             except BlockingIOError:
@@ -73,10 +90,10 @@ class Channel:
             except OSError:
                 raise WorkerLostError(self._gone()) from None
 
-    def _receive(self, count, deadline):
+    def _receive(self, count, limit):
         stream, parts = self.worker.answers, []
         while count:
-            self._wait(stream, selectors.EVENT_READ, deadline)
+            self._wait(stream, selectors.EVENT_READ, limit)
             try:
                 part = os.read(stream.fileno(), min(count, 1 << 20))
             except BlockingIOError:
@@ -89,12 +106,12 @@ class Channel:
             count -= len(part)
         return b"".join(parts)
 
-    def _wait(self, stream, event, deadline):
-        left = deadline - time.monotonic()
+    def _wait(self, stream, event, limit):
         with selectors.DefaultSelector() as selector:
             selector.register(stream, event)
-            if left <= 0 or not selector.select(left):
-                raise WorkerLostError("Your code was still running when its time was up: does a loop never end?")
+            while not selector.select(LOOK):
+                if limit.over():
+                    raise WorkerLostError(still_running(limit.seconds), stopped=True)
 
     def _gone(self):
         return (
@@ -107,7 +124,20 @@ class Channel:
         self.worker.end()
 
 
+class _Deadline:
+    """When a worker's time for one answer of `seconds` is up."""
+
+    def __init__(self, usage: Usage, seconds: float) -> None:
+        self.usage, self.seconds = usage, seconds
+        self.stop = usage.look() + seconds + STUCK
+        self.far = time.monotonic() + FAR * (seconds + STUCK)
+
+    def over(self) -> bool:
+        """Whether it is, while nothing comes."""
+        return self.usage.look(waiting=True) > self.stop or time.monotonic() > self.far
+
+
 def _failure(answer):
     kind, place, text = (answer.get(key) for key in ("raised", "place", "text"))
     sound = isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
-    return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000]
+    return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000], answer.get("stopped") is True

@@ -4,42 +4,40 @@
 and filter to an instructor's check cell.
 """
 
-import time
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ...checks import Data
 from ...checks.feedback import FilterError
+from ...notebook.limits import CALL, PATIENCE
 from .channel import SPOILT, Channel, StudentCodeError, WorkerLostError
 from .launch import Sandbox
 
-CALL = 10  # seconds for the answer to one call
-TOTAL = 60  # seconds for all calls of one student
-HANGS = 2  # times that one function or class may be stopped before its other checks are left out
+TOTAL = 60.0  # seconds of the processor for all calls of one student
 USED_UP = "This check was left out: your code had used up its time in the checks before it."
 
 
 class Student:
     """One student's code in its worker, started anew when it is lost.
 
-    cells: what `do_load` runs, as dictionaries;  wanted: the names that the checks ask for;  spare: a worker that waits
-    already;  call, total: seconds for one call, and for all.
+    notebook: what `do_load` runs;  wanted: the names that the checks ask for;  spare: a worker that waits already;
+    call, total: seconds of the processor for one call, and for all.
     """
 
     def __init__(
         self,
         sandbox: Sandbox,
-        cells: Sequence[dict[str, Any]],
+        notebook: "Notebook",
         wanted: Sequence[str],
         spare: Channel | None = None,
         call: float = CALL,
         total: float = TOTAL,
     ) -> None:
-        self.sandbox, self.cells, self.wanted = sandbox, cells, wanted
+        self.sandbox, self.notebook, self.wanted = sandbox, notebook, wanted
         self.call, self.total, self.left = call, total, float(total)
-        self.hangs: Counter[str] = Counter()
-        self.stuck: dict[str, WorkerLostError] = {}  # what was said when that happened
+        self.slow: set[str] = set()  # objects that used up the time of a call once
+        self.stopped = 0  # how often time was up
         self.channel = spare
         self.kinds: dict[str, Any] = {}
         self.problems: list[dict] = []
@@ -53,13 +51,12 @@ class Student:
             return
         if self.why_lost:
             raise WorkerLostError(self.why_lost)
-        if self.left <= 0:
-            raise WorkerLostError(USED_UP)
+        self._spare_time()
         self.channel = self.channel or Channel(self.sandbox, self.total)
         self.tainted = False
         try:
             self.channel.settle()
-            answer = self._timed({"do": "load", "cells": self.cells, "wanted": self.wanted})
+            answer = self._timed({"do": "load", **asdict(self.notebook), "wanted": self.wanted})
         except FilterError as error:
             self.why_lost = f"Your notebook could not be loaded. {error}"
             self._drop()
@@ -74,8 +71,7 @@ class Student:
 
         about: the student's object that it is about;  secret: whether it holds what the student must not see.
         """
-        if self.hangs[about] >= HANGS:
-            raise WorkerLostError(f"This check was left out. In the checks before it: {self.stuck[about]}")
+        self._spare_time()
         self.load()
         self.tainted = self.tainted or secret
         try:
@@ -88,17 +84,27 @@ class Student:
         """Forget the process, so that the next request goes to one that has seen nothing."""
         self._drop()
 
+    def _spare_time(self):
+        if self.left <= 0:
+            self.stopped += 1
+            raise WorkerLostError(USED_UP, stopped=True)
+
     def _timed(self, request, about=""):
-        start = time.monotonic()
-        allowed = min(self.call, max(self.left, 0.1))
+        before = self.channel.usage.look()
+        allowed = min(PATIENCE if about in self.slow else self.call, max(self.left, 0.1))
+        stopped = False
         try:
-            return self.channel.ask(request, allowed)
-        except WorkerLostError as error:
-            self.hangs[about] += time.monotonic() - start >= allowed * 0.95
-            self.stuck[about] = error
+            answer = self.channel.ask(request, allowed)
+            stopped = answer.get("stopped") is True
+            return answer
+        except (WorkerLostError, StudentCodeError) as error:
+            stopped = error.stopped
             raise
         finally:
-            self.left -= time.monotonic() - start
+            self.left -= self.channel.usage.look() - before
+            if stopped:
+                self.stopped += 1
+                self.slow |= {about}
 
     def _drop(self):
         if self.channel:
@@ -115,6 +121,16 @@ class Student:
         if name not in self.kinds:
             raise MissingAnswerError(name, self.problems)
         return Stand(self, name)
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """What is run of a student's. cells: their own, as dictionaries;  given: those of the lab as it was handed out;
+    files: {path: base64} of what lies beside the notebook."""
+
+    cells: Sequence[dict[str, Any]]
+    given: Sequence[dict[str, Any]] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
 
 
 class MissingAnswerError(WorkerLostError):

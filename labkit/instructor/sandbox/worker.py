@@ -4,12 +4,14 @@ It starts with everything imported, waits for its limits, then for the cells. No
 believed: the grader compares numbers, and a worker that answers nonsense has only lost its check.
 """
 
+import base64
 import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import TextIOBase
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,16 +19,20 @@ from ... import checks, history, metrics  # noqa: F401 - metrics are warm for th
 from ...checks import feedback
 from ...checks.trace import Trace
 from ...notebook.read import Cell
+from ...notebook.limits import TimeUpError, cpu_limit
 from ...notebook.session import Session
+from ...notebook.shell import alone
 from . import probe, wire
 from .confine import confine, load
 
 TEXT = 2000  # characters of anything that is only for reading
+Cells: TypeAlias = Sequence[Mapping[str, Any]]  # of a notebook, each the fields of a Cell
 
 
 def main(*packages: str) -> None:
     """Serve the grader until it hangs up. packages: what confining will need, loaded before anyone waits."""
     load(*packages)
+    alone()
     requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     silent = os.open(os.devnull, os.O_RDWR)
     for fd in (0, 1, 2):
@@ -57,28 +63,36 @@ class Worker:
     def answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
         """The answer to {"do": what, ...}: of the method `do_<what>`, which gets the other fields."""
         request = dict(request)
-        with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"):
+        seconds = request.pop("allowed")
+        with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"), cpu_limit(seconds):
             return getattr(self, f"do_{request.pop('do')}")(**request)
 
     def do_confine(self, **limits: Any) -> dict[str, Any]:
         """Limit this process for good, as `confine.confine` says."""
         confine(**limits)
         os.chdir(limits["scratch"])
-        sys.path[:] = [p for p in sys.path if p]
+        sys.path[:] = [os.getcwd(), *filter(None, sys.path)]
         return {"ready": True}
 
     def do_probe(self, **targets: Any) -> dict[str, bool]:
         """Try to break out, as `probe.inside` says."""
         return probe.inside(**targets)
 
-    def do_load(self, cells: Sequence[Mapping[str, Any]], wanted: Sequence[str]) -> dict[str, Any]:
-        """Run the cells; tell which of the wanted names are there now and what each is."""
-        session = Session([Cell(**cell) for cell in cells], wanted=wanted)
+    def do_load(
+        self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str]
+    ) -> dict[str, Any]:
+        """Run what the wanted names need; tell which are there now and what each is.
+
+        given: the cells of the lab as it was handed out;  files: {path: base64} of what lies beside the notebook.
+        """
+        for path, content in files.items():
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            Path(path).write_bytes(base64.b64decode(content))
+        session = Session([Cell(**cell) for cell in cells], [Cell(**cell) for cell in given])
         self.names = session.names
         problems = [
-            {"place": event.where, "lines": [str(line)[:TEXT] for line in event.lines[:6]]}
-            for event in session.run()
-            if event.error and not event.check
+            {"place": problem.where, "lines": [str(line)[:TEXT] for line in problem.lines[:6]]}
+            for problem in session.run(wanted)
         ]
         kinds = {name: type(self.names[name]).__name__ for name in wanted if name in self.names}
         return {"kinds": kinds, "problems": problems[:20]}
@@ -88,7 +102,8 @@ class Worker:
         try:
             traces = checks.observe(data, self.names[name])
         except checks.CheckError as error:
-            return {"told": error.summary[:TEXT], "lines": [str(line)[:TEXT] for line in error.details[:6]]}
+            told = {"told": error.summary[:TEXT], "lines": [str(line)[:TEXT] for line in error.details[:6]]}
+            return {**told, "stopped": isinstance(error.__context__, TimeUpError)}
         return {"traces": {id: _trace(trace) for id, trace in traces.items()}}
 
     def do_call(self, name: str, args: Sequence, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -140,5 +155,6 @@ def failure(error: BaseException) -> dict[str, Any]:
         name = tb.tb_frame.f_code.co_filename
         place = [name, tb.tb_lineno] if feedback.is_cell(name) else place
         tb = tb.tb_next
-    text = feedback.explain(error) if not isinstance(error, KeyboardInterrupt) else "It interrupted itself."
-    return {"raised": type(root).__name__, "place": place, "text": text[:TEXT]}
+    stopped = isinstance(error, TimeUpError)
+    text = feedback.explain(error) if stopped or not isinstance(error, KeyboardInterrupt) else "It interrupted itself."
+    return {"raised": type(root).__name__, "place": place, "text": text[:TEXT], "stopped": stopped}
