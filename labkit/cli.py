@@ -22,7 +22,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     status = "Exit status: 0 all passed, 1 something failed, 2 a file cannot be read."
     test = commands.add_parser("check", help="run the checks of notebooks", description=status)
     test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK")
-    test.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="of computing for each notebook (default 60)")
+    test.add_argument(
+        "--timeout", type=float, default=60.0, metavar="SECONDS", help="of computing for each notebook (default 60)"
+    )
     test.set_defaults(run=_check)
 
     take = commands.add_parser("data", help="take in recorded robot data that was downloaded")

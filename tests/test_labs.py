@@ -13,7 +13,8 @@ from matplotlib import pyplot as plt
 from labkit import cli
 from labkit.instructor.authoring import build, percent
 from labkit.instructor.records import CommandError
-from labkit.notebook.session import plain
+from labkit.notebook.shell import Nothing
+from labkit.notebook.source import python
 
 from helpers.reference import LABS, ROOT
 
@@ -69,7 +70,7 @@ def test_the_solution_prints_what_it_printed(lab):
 
 def named(cells):
     """(names that these code cells set, names that they use)."""
-    nodes = [node for cell in cells for node in ast.walk(ast.parse(plain(cell.source)))]
+    nodes = [node for cell in cells for node in ast.walk(ast.parse(python(cell.source)))]
     names = [node for node in nodes if isinstance(node, ast.Name)]
     made = {node.id for node in names if isinstance(node.ctx, ast.Store)}
     made |= {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
@@ -112,11 +113,11 @@ def test_an_unfilled_lab_stops_only_at_its_stubs(lab, tmp_path, monkeypatch):
         shutil.copy(ROOT / "notebooks" / f"{name}.ipynb", tmp_path)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(plt, "show", lambda: plt.close("all"))
-    names, stops = {"__name__": "__main__", "display": lambda *_: None}, {}
+    names, stops = {"__name__": "__main__", "display": lambda *_: None, "get_ipython": Nothing}, {}
     for cell in student(lab).cells:
         if cell.cell_type == "code":
             try:
-                exec(compile(plain(cell.source), f"cell '{cell.id}'", "exec"), names)
+                exec(compile(python(cell.source), f"cell '{cell.id}'", "exec"), names)
             except Exception as error:
                 stops[cell.id] = str(error)
     plt.close("all")

@@ -2,22 +2,27 @@
 
 import json
 import os
+import queue
 import subprocess
 import sys
+import threading
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..checks.feedback import STOPPED
+from .usage import LOOK, STUCK, Deadline, Usage
+
 PASSED, FAILED, UNREADABLE = 0, 1, 2
-FAR = 10  # times as long as a notebook may compute a process may live, on a busy machine
 ENDED = "Python itself ended here."
 
 
 @dataclass
 class Report:
     """What came of one notebook. checks: all that are to run;  verdicts: {check: lines}, none where it passed;
-    notes: what else the student should know;  problem: why nothing could be done."""
+    notes: what else the student should know;  problem: why nothing could be done.
+    """
 
     checks: list[str] = field(default_factory=list)
     verdicts: dict[str, list[str]] = field(default_factory=dict)
@@ -55,25 +60,39 @@ def show(lab: str, report: Report) -> None:
 def check_one(path: str, seconds: float) -> Report:
     """The Report of one notebook, whose code may compute for so many seconds in all.
 
-    A check that ends its process, or hangs where nothing can stop it, has failed, and the others run in a new process.
+    A check that ends its process, or hangs where nothing inside can stop it, has failed: the others run in a new one.
     """
     report = Report()
     while True:
-        before, running = len(report.verdicts), None
-        for item in _listen(path, seconds, list(report.verdicts), report.slow):
-            running = item["check"] if item["kind"] == "begin" else running
-            _take(report, item)
-        if report.problem:
-            return report
-        if not report.checks:
-            report.problem = f"{path} holds no check: is it one of the lab notebooks?"
-            return report
+        running, why = _run(path, seconds, report)
         rest = [check for check in report.checks if check not in report.verdicts]
+        if not report.checks:
+            report.problem = report.problem or f"{path} holds no check: is it one of the lab notebooks?"
         if not rest:
             return report
-        if len(report.verdicts) == before or not running:  # it ended in the middle, before or in a check
-            for check in [running] if running else rest:
-                report.verdicts[check] = [ENDED]
+        for check in [running] if running in rest else rest:
+            report.verdicts[check] = [why]
+
+
+def _run(path: str, seconds: float, report: Report) -> tuple[str, str]:
+    """Let a child process add to the report; the check that ran last, '' before there was one, and why it ended."""
+    child, news = _child(path, seconds, list(report.verdicts), report.slow)
+    usage, running = Usage(child.pid), ""
+    limit = Deadline(usage, seconds)
+    while True:
+        try:
+            item = news.get(timeout=LOOK)
+        except queue.Empty:
+            if limit.over() or usage.seconds > seconds + STUCK:
+                child.kill()
+                return running, STOPPED
+            continue
+        if item is None:
+            child.wait()
+            return running, ENDED
+        if item["kind"] == "begin":
+            running, limit = item["check"], Deadline(usage, min(item["seconds"], seconds))
+        _take(report, item)
 
 
 def _take(report: Report, item: dict[str, Any]) -> None:
@@ -86,14 +105,12 @@ def _take(report: Report, item: dict[str, Any]) -> None:
         for check in item["missing"]:
             _note(report, f'No cell calls `check("{check}", ...)` any more. It ran all the same: put its cell back.')
     elif kind == "problem":
-        _note(report, f"{item['where']} stopped: " + "\n      ".join(item["lines"]))
+        _note(report, f"{item['where']}: " + "\n      ".join(item["lines"]))
     elif kind == "beside":
         for name in item["names"]:
             _note(report, f"It uses the file {name} beside it: hand that in too.")
     elif kind == "verdict":
-        names = [item["check"]] if item["check"] else report.checks
-        for check in names:
-            report.verdicts.setdefault(check, item["lines"])
+        report.verdicts[item["check"]] = item["lines"]
         report.slow = item["slow"]
 
 
@@ -102,21 +119,26 @@ def _note(report, text):
         report.notes.append(text)
 
 
-def _listen(path, seconds, done, slow):
-    """The news of a child process that runs the notebook."""
+def _child(path, seconds, done, slow):
+    """(a process that runs the notebook, a queue of its news, which ends with None)."""
     kit = Path(__file__).resolve().parents[2]
     start = f"import sys; sys.path[0] = {str(kit)!r}; from labkit.notebook.worker import main; "
     start += f"main({str(path)!r}, {seconds!r}, {done!r}, {slow!r})"
+    one = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     child = subprocess.Popen(
         [sys.executable, "-X", "utf8", "-c", start],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
+        env={**os.environ, **one},
     )
-    try:
-        out, _ = child.communicate(timeout=FAR * seconds)
-    except subprocess.TimeoutExpired:  # it waits for something that never comes
-        child.kill()
-        out, _ = child.communicate()
-    return [json.loads(line) for line in out.decode("utf-8", "replace").splitlines() if line.endswith("}")]
+    news: queue.SimpleQueue = queue.SimpleQueue()
+
+    def listen():
+        for line in child.stdout:
+            if line.endswith(b"}\n"):
+                news.put(json.loads(line))
+        news.put(None)
+
+    threading.Thread(target=listen, daemon=True).start()
+    return child, news

@@ -52,8 +52,3 @@ def cpu_limit(seconds: float) -> Iterator[Limit]:
 
 def _raise_in(thread, error):
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(error) if error else None)
-
-
-def still_running(seconds: float) -> str:
-    """What a student is told whose code was stopped."""
-    return f"It was still running after {seconds:g} s of computing: does a loop never end?"

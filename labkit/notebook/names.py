@@ -103,20 +103,21 @@ class _Plain(ast.NodeTransformer):
 
     def visit(self, node):
         node = self.generic_visit(node)
+        return ast.fix_missing_locations(self._plain(node)) if isinstance(node, ast.stmt | ast.expr) else node
+
+    def _plain(self, node):
         if isinstance(node, ast.Await):
             return node.value
         if isinstance(node, ast.AsyncFor):
-            return ast.For(node.target, node.iter, node.body, node.orelse)
+            return ast.For(node.target, node.iter, node.body, node.orelse, lineno=1)
         if isinstance(node, ast.AsyncWith):
-            return ast.With(node.items, node.body)
+            return ast.With(node.items, node.body, lineno=1)
         if isinstance(node, ast.AsyncFunctionDef):
-            return ast.copy_location(
-                ast.FunctionDef(node.name, node.args, node.body, node.decorator_list, node.returns), node
-            )
-        if isinstance(node, ast.comprehension):
-            node.is_async = 0
-        if not isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp):
+            return ast.FunctionDef(node.name, node.args, node.body, node.decorator_list, node.returns, lineno=1)
+        if not isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
             return node
+        for part in node.generators:
+            part.is_async = 0
         parts = [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]
         return ast.GeneratorExp(ast.Tuple(parts, ast.Load()), node.generators)
 

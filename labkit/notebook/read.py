@@ -108,7 +108,7 @@ def cells_of(content: Any, path: Path | str = "The file") -> list[Cell]:
 
 
 def labels(cells: Sequence[Cell]) -> dict[int, str]:
-    """{number of a cell: what it is called}, each once: copies keep the id, and all but the first go by their number."""
+    """{number of a cell: its label}, each label once: copies keep an id, and all but the first go by number."""
     found: dict[str, int] = {}
     for cell in cells:
         found.setdefault(cell.label, cell.number)

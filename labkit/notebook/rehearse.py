@@ -1,6 +1,7 @@
 """Run the checks of a lab on what a notebook leaves, as grading does."""
 
 import json
+import time
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -15,10 +16,14 @@ from .session import Call, Session
 
 @dataclass
 class Rehearsal:
-    """The checks of one notebook, whose session has run. slow: answers that have used up their time in one before."""
+    """The checks of one notebook, whose session has run.
+
+    slow: answers that have used up their time in a check before;  until: when all time is used up, by this process's.
+    """
 
     session: Session
     slow: set[str] = field(default_factory=set)
+    until: float = float("inf")
 
     def judge(self, check: str) -> list[str]:
         """What a check says of what the notebook leaves: lines for the student, none if it passes."""
@@ -30,7 +35,8 @@ class Rehearsal:
         if name not in self.session.names:
             return self._missing(name)
         try:
-            with cpu_limit(PATIENCE if name in self.slow else CALL) as limit:
+            allowed = PATIENCE if name in self.slow else CALL
+            with cpu_limit(min(allowed, max(self.until - time.process_time(), 0.1))) as limit:
                 judge(data, self.session.names[name])
         except CheckError as error:
             return error.lines

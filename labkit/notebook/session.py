@@ -47,7 +47,8 @@ class Call:
 @dataclass(eq=False)
 class Step:
     """One statement at the top of a cell. label: of the cell;  given: whether it is the lab's own, not the student's;
-    unfilled: whether it defines something that is still to be written."""
+    unfilled: whether it defines something that is still to be written.
+    """
 
     label: str
     role: str
@@ -67,14 +68,27 @@ class Session:
         self.names: dict[str, object] = {"__name__": "__main__", **stand_ins(self.run_text)}
         self.place = place
         self.calls: list[Call] = []
+        self.retyped: list[str] = []  # text cells that are code, used for what no code defines
         self.broken: list[Problem] = []  # cells that Python cannot read
         self.stopped: dict[str, Problem] = {}  # by the label of the cell that raised
         self._flags, self._runner = FLAGS, None
         label_of = labels(cells)
         own = [step for cell in cells if cell.code for step in self._steps(cell, label_of[cell.number])]
-        made = set().union(*(step.names.sets for step in own)) if own else set()
+        own += self._retyped(cells, label_of, {name for step in own for name in step.names.sets})
+        made = {name for step in own for name in step.names.sets}
         supply = [step for cell in given if cell.code for step in self._steps(cell, cell.label, given=True)]
         self.steps = [*(step for step in supply if not step.names.sets <= made), *own]
+
+    def _retyped(self, cells, label_of, made):
+        """What text cells define that no code has: pressing M or Y in Jupyter turns one into the other."""
+        found = []
+        for cell in cells:
+            defined = {} if cell.code else set(re.findall(r"(?m)^(?:class|def) (\w+)", cell.source)) - made
+            if defined and _parses(cell.source):
+                label = label_of[cell.number]
+                self.retyped.append(label)
+                found += [step for step in self._steps(cell, label) if step.names.sets & defined]
+        return found
 
     def _steps(self, cell, label, given=False):
         filename = self.place + label
@@ -113,7 +127,7 @@ class Session:
         try:
             with cpu_limit(seconds) as limit:
                 code = compile(ast.Module([node], []), filename, "exec", self._flags, dont_inherit=True)
-                if isinstance(node, ast.ImportFrom) and node.module == "__future__":
+                if _is_future(node):
                     self._flags |= getattr(__future__, node.names[0].name).compiler_flag
                 if code.co_flags & inspect.CO_COROUTINE:
                     self._runner = self._runner or asyncio.Runner()
@@ -142,6 +156,13 @@ class Session:
             if re.search(rf"\b{name}\b", text):
                 lines.append(f"`{name}` may come from {problem.where}, which Python cannot read.")
         return lines
+
+
+def _parses(text):
+    try:
+        return bool(ast.parse(text))
+    except (SyntaxError, ValueError, RecursionError):
+        return False
 
 
 def _remember(filename, text):
@@ -177,7 +198,7 @@ def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
     made = {name for step in steps for name in step.names.sets}
     imported = {name for step in steps if _is_import(step.node) for name in step.names.sets}
     functions = {name for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given for name in s.names.sets}
-    chosen: set[Step] = set()
+    chosen = {step for step in steps if _is_future(step.node) or source.WRITE in step.names.uses}  # any may need these
     while True:
         names = wanted.union(*(step.names.uses for step in chosen))
         unknown = names - made - set(dir(builtins))
@@ -205,6 +226,10 @@ def _serves(step, names, imported, functions):
         return True
     changing = {"setattr", "delattr"} | (functions if step.role in ("answer", "own") else set())
     return any(function in changing and name in names for function, name in step.names.passes)
+
+
+def _is_future(node):
+    return isinstance(node, ast.ImportFrom) and node.module == "__future__"
 
 
 def _is_import(node):

@@ -3,7 +3,7 @@
 import builtins
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,10 @@ class Nothing:
         return self
 
     def __call__(self, *args: Any, **options: Any) -> "Nothing":
+        """Called as anything, it is nothing still."""
         return self
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[Any]:
         return iter(())
 
 

@@ -46,7 +46,10 @@ class Pupil:
 
 def blank(lab=LAB):
     """The students' notebook as a dictionary."""
-    return json.loads((ROOT / "notebooks" / f"{lab}.ipynb").read_text(encoding="utf-8"))
+    book = json.loads((ROOT / "notebooks" / f"{lab}.ipynb").read_text(encoding="utf-8"))
+    for cell in book["cells"]:
+        cell["source"] = "".join(cell["source"])
+    return book
 
 
 def answers(lab=LAB):

@@ -41,9 +41,9 @@ def test_what_is_too_long_to_be_graded_or_shown_is_told(tmp_path):
     hand_in(tmp_path, long)
     (job,), _, (ada,) = registered(tmp_path)
     assert ada.notes == [
-        f"Of cell 'answer-q1' only the first {LONGEST} characters are shown.",
         f"The code of cell 'answer-kf' has more than {LONGEST} characters and was left out.",
         f"The code of cell {len(long['cells'])} has more than {LONGEST} characters and was left out.",
+        f"Of cell 'answer-q1' only the first {LONGEST} characters are shown.",
     ]
     assert len(ada.answers["answer-q1"]) == LONGEST and not any(len(cell["source"]) > LONGEST for cell in job.cells)
 

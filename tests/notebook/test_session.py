@@ -1,16 +1,20 @@
 """Reading notebooks, running their cells without Jupyter, and fetching answers of earlier labs."""
 
+import ast
 import json
 
 import pytest
 
 from labkit.checks.feedback import LabError
-from labkit.notebook import answers, read as notebook
+from labkit.notebook import read as notebook, rehearse, session
 from labkit.notebook.answers import EarlierLabError, load_answer
+from labkit.notebook.names import names
 from labkit.notebook.read import NotebookError, read
-from labkit.notebook.session import Session, plain
+from labkit.notebook.session import Session
+from labkit.notebook.source import python, statements
 
 from helpers.notebooks import LAB1, code, released, save
+from helpers.reference import LABS, ROOT
 
 FILTER = "    def update(self, y):"  # a line of the answer cell of lab 1
 
@@ -24,8 +28,7 @@ def cells(tmp_path, *sources):
 GOOD = json.dumps(released(LAB1))
 BAD = {
     "is empty": b"\n",
-    "byte order mark": b"\xef\xbb\xbf" + GOOD.encode(),
-    "byte order mark:": GOOD.encode("utf-16"),
+    "is UTF-16 text": GOOD.encode("utf-16"),
     "not UTF-8": GOOD.encode() + b"\xff",
     "line 1 is not JSON": b"import numpy",
     "ends in the middle": GOOD[: len(GOOD) // 2].encode(),
@@ -85,45 +88,129 @@ def test_roles_come_from_metadata_then_tags_then_ids(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "source, result",
+    "source, means",
     [
-        ("%matplotlib inline\nx = 1", "None\nx = 1"),
-        ("if 1:\n    !ls\n    y = 2", "if 1:\n    None\n    y = 2"),
-        ("files = !ls\nnp.kron?\n?np.kron", "files = None\nNone\nNone"),
-        ("%%time\nx = 1", "None\nx = 1"),
-        ("%%bash\nrm -rf x", ""),
-        ("x = (7\n     % 4)", "x = (7\n     % 4)"),
+        ("%matplotlib inline\nx = 1", ["get_ipython().run_line_magic('matplotlib', 'inline')", "x = 1"]),
+        ("if 1:\n    !ls\n    y = 2", ["if 1:\n    get_ipython().system('ls')\n    y = 2"]),
+        ("!echo a \\\n  b\nx = 1", ["get_ipython().system('echo a    b')", "x = 1"]),
+        ("files = !ls", ["files = get_ipython().getoutput('ls')"]),
+        ("np.kron?\n?np.kron", ["get_ipython().run_line_magic('pinfo', 'np.kron')"] * 2),
+        ("%%time\nx = 1", ["x = 1"]),
+        (
+            "\n%%capture out\n%matplotlib inline\nx = 1",
+            ["get_ipython().run_line_magic('matplotlib', 'inline')", "x = 1"],
+        ),
+        ("%time x = f(1)", ["x = f(1)"]),
+        ("%%timeit\nx = 1", []),
+        ("%%bash\nrm -rf x", []),
+        ("%%writefile -a h.py\nx = 1\n", ["__labkit_write__('h.py', 'x = 1\\n', True)"]),
+        ("    x = 1\n    y = 2", ["x = 1", "y = 2"]),
+        ("x = (7\n     % 4)", ["x = 7 % 4"]),
     ],
 )
-def test_magics_are_taken_out(source, result):
-    assert plain(source) == result
+def test_a_cell_means_what_it_means_in_jupyter(source, means):
+    assert [ast.unparse(node) for node in statements(python(source), "f")] == means
 
 
-def events(tmp_path, *sources, wanted=()):
-    session = Session(cells(tmp_path, *sources), wanted=wanted)
-    return list(session.run()), session.names
+@pytest.mark.parametrize("source", ["\n%%time\n\n1 / 0", "\n\n%matplotlib inline\n1 / 0", "x = 1\n\n\n1 / 0"])
+def test_lines_keep_their_numbers(source):
+    assert statements(python(source), "f")[-1].lineno == 4
+
+
+def left(tmp_path, *sources, wanted, given=()):
+    """(problems, names) that a session leaves."""
+    session = Session(cells(tmp_path, *sources), cells(tmp_path, *given))
+    return list(session.run(wanted)), session.names
 
 
 def test_only_what_is_needed_runs(tmp_path):
-    told, names = events(
+    told, names = left(
         tmp_path,
-        ("setup", "import math"),
+        ("setup", "import math\nimport nothing_like_it"),
         ("own1", "%pip list\nfactor = 2\nwhile True: pass\n"),
         ("own2", "1 / 0\nunused = later"),
         ("show-1", "offset = display(3) and 1"),
-        ("answer-f", "def f(x):\n    return math.floor(factor * x) + offset"),
+        ("answer-f", "def f(x):\n    return math.floor(factor * x) + offset\nprint(1 / 0)"),
         ("own3", "f.twice = 2"),
-        ("check-f", "check = lambda name, f: names.append(f(1.6) + f.twice)\nnames = []\ncheck('f', f)"),
+        wanted="f",
     )
-    assert [(e.check, e.error) for e in told] == [("f", None)]
-    assert names["names"] == [6] and "unused" not in names
+    assert told == [] and "unused" not in names and names["f"](1.6) + names["f"].twice == 6
+
+
+F = "def f(): return g()"
+PLACES = {  # cells that leave f() == 1, whatever a student's programs made of them
+    "in another cell": [("answer-f", ""), ("own", "def f(): return 1")],
+    "copied": [("answer-f", "def f(): return 1"), ("own", "def f(): return 1")],
+    "two in one cell": [("answer-g", "def g(): return 1\n\ndef f(): return g()"), ("own", "x = 3")],
+    "the last one counts": [("own", "def f(): return 2"), ("answer-f", "def f(): return 1")],
+    "the last one counts, wherever it stands": [("answer-f", "def f(): return 2"), ("own", "def f(): return 1")],
+    "above the stub": [("own", "def f(): return 1"), ("answer-f", "def f():\n    raise NotImplementedError('write')")],
+    "in the set-up": [("setup", "import math\ndef f(): return math.floor(1.5)")],
+    "in a check's cell": [("check-f", "def f(): return 1\ncheck('f', f)")],
+    "helper in a cell that shows": [("answer-f", F), ("show-1", "print(1 / 0)\ndef g(): return 1")],
+    "a method later": [("answer-f", "class f:\n  def __new__(c): return c.g()"), ("own", "f.g = lambda: 1")],
+    "setattr": [("answer-f", "class f:\n  def __new__(c): return c.g()"), ("own", "setattr(f, 'g', lambda: 1)")],
+    "a patching function": [
+        ("answer-f", "class f:\n  def __new__(c): return c.g()\ndef add(c):\n  c.g = lambda: 1\nadd(f)")
+    ],
+    "a patching decorator": [
+        ("own", "def to(c):\n  def put(m): setattr(c, m.__name__, m)\n  return put"),
+        ("answer-f", "class f:\n  def __new__(c): return c.g()"),
+        ("own2", "@to(f)\ndef g(): return 1"),
+    ],
+    "in a loop": [("answer-f", "made = {}\nfor n in 'gf':\n    made[n] = lambda: 1\nf = made['f']")],
+    "a list that grows": [("own", "parts = []"), ("own2", "parts.append(1)"), ("answer-f", "def f(): return parts[0]")],
+    "a dataclass": [
+        ("own", "from __future__ import annotations\nfrom dataclasses import dataclass"),
+        ("answer-f", "@dataclass\nclass F:\n    x: F | None = 1\ndef f() -> Nowhere: return F().x"),
+    ],
+    "a factory": [("answer-f", "def make(n):\n    def f(): return n\n    return f\nf = make(1)")],
+    "a subclass": [("own", "class A:\n  def __new__(c): return 1"), ("answer-f", "class f(A): pass")],
+    "a star": [("own", "%%writefile starred.py\ndef f(): return 1"), ("own2", "from starred import *")],
+    "%run": [("own", "%%file ran.py\ndef f(): return 1"), ("own2", "%run ran")],
+    "a module": [
+        ("own", "%%writefile mod_one.py\nONE = 1"),
+        ("answer-f", "import mod_one\ndef f(): return mod_one.ONE"),
+    ],
+    "after magics": [("answer-f", "%%time\n%matplotlib inline\n!ls \\\n  x\ndef f(): return 1\nf?")],
+    "await": [("answer-f", "import asyncio\nasync def one(): return 1\nx = await one()\ndef f(): return x")],
+    "after a question": [("own", "n = int(input('n? '))"), ("answer-f", "def f(): return 1"), ("own2", "print(n)")],
+    "after a loop without end": [("answer-f", "x = 1\ndef f(): return x\nwhile True: pass")],
+    "after an error in its own cell": [("answer-f", "f = 1 / 0\ndef f(): return 1")],
+    "under a condition": [("answer-f", "try:\n    import no_such as f\nexcept ImportError:\n    def f(): return 1")],
+    "given": [("answer-f", "def f(): return given_one()")],
+    "given, but changed": [("answer-f", "def f(): return given_two()"), ("own", "def given_two(): return 1")],
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_answer_is_found_wherever_it_stands(tmp_path, monkeypatch, place):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    given = [("setup", "def given_one(): return 1\ndef given_two(): return 2\nf = 5")]
+    _, names = left(tmp_path, *PLACES[place], wanted=["f"], given=given)
+    assert names["f"]() == 1
+
+
+def test_statements_that_take_too_long_are_told_and_the_others_go_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(session, "STEP", 0.3)
+    told, names = left(tmp_path, ("own", "while True: x = 1\ny = 2"), ("answer-f", "f = lambda: y\nz = x"), wanted="fx")
+    assert [(problem.where, problem.lines[0][:23]) for problem in told] == [("cell 1", "It was still running wh")]
+    assert names["f"]() == 2
+
+
+def test_plots_and_questions_in_a_needed_statement(tmp_path):
+    told, _ = left(tmp_path, ("answer-f", "f = input('how many? ')"), wanted="f")
+    assert "`input()` waits for somebody to type" in told[0].lines[0]
+    told, _ = left(tmp_path, ("answer-f", "class f:\n    n = int(input())"), wanted="f")
+    assert "`input()` waits for somebody to type" in told[0].lines[0]
 
 
 def test_a_class_needs_no_cell_for_the_names_that_it_makes_itself(tmp_path):
     source = "class A:\n    @property\n    def P(self):\n        return own\n    @P.setter\n    def P(self, P):\n"
     source += "        pass\n    Q = Q"
-    told, names = events(
-        tmp_path, ("show-1", "P = 1 / 0"), ("show-2", "Q = 2"), ("show-3", "own = 5"), ("answer-a", source)
+    told, names = left(
+        tmp_path, ("show-1", "P = 1 / 0"), ("show-2", "Q = 2"), ("show-3", "own = 5"), ("answer-a", source), wanted="A"
     )
     assert told == [] and "P" not in names and names["A"].Q == 2 and names["A"]().P == 5
 
@@ -139,36 +226,70 @@ NAMES = {  # a statement: what it sets, and what it may look up
     "class A(B):\n    x = x\n    y = x\n    def f(self): return y": ("A", "B x y"),
     "class A:\n    n = 0\n    n += m\n    def f(self): return super().f()": ("A", "m super"),
     "class A:\n    global g\n    g = 1\n    from m import x\n    y = x": ("A g", ""),
+    "async def f(a):\n    async with b as c:\n        return [d async for d in c]": ("f", "b"),
+    "x = await f(y)": ("x", "f y"),
 }
 
 
 @pytest.mark.parametrize("source", NAMES)
-def test_the_names_that_a_statement_sets_and_looks_up(tmp_path, source):
-    (step,) = Session(cells(tmp_path, ("answer", source))).steps
-    sets, uses = NAMES[source]
-    assert (step.sets, step.uses) == (set(sets.split()), set(uses.split()))
+def test_the_names_that_a_statement_sets_and_looks_up(source):
+    found = names(ast.parse(source).body[0])
+    assert (found.sets, found.uses) == tuple(set(words.split()) for words in NAMES[source])
+
+
+CHANGES = {  # a statement: what it may change
+    "KF.update = f": "KF",
+    "a.b[0].c = f": "a",
+    "a[i] = a.b(c)": "a",
+    "a.append(b)": "a",
+    "x = a.pop()": "",
+    "def f(): a.b = 1": "",
+    "@patch(KF)\ndef f(): pass": "KF",
+    "for c in cs:\n    c.x = 1": "c",
+}
+
+
+@pytest.mark.parametrize("source", CHANGES)
+def test_what_a_statement_may_change(source):
+    assert names(ast.parse(source).body[0]).changes == set(CHANGES[source].split())
 
 
 def test_a_cell_that_stops_is_told_if_it_matters(tmp_path):
-    check = ("check-f", "def check(name, f):\n    f()\ncheck('f', f)")
-    told, _ = events(
-        tmp_path,
+    sources = [
         ("own", "import nothing_like_it as n\nhelp_me = n.one"),
         ("own2", "1 / 0"),
         ("answer-f", "def f():\n    return help_me"),
-        check,
-    )
-    assert len(told) == 1 and told[0].check == "f"
-    assert "cell 'answer-f', in f, line 2:  return help_me" in told[0].lines
-    assert any("`help_me` comes from cell 1, which stopped: ModuleNotFoundError" in line for line in told[0].lines)
-    told, _ = events(tmp_path, ("answer-f", "def f(:\n    pass"), check)
-    assert [e.where for e in told] == ["cell 'answer-f'", "cell 'check-f'"]
+    ]
+    ran = Session(cells(tmp_path, *sources))
+    told = list(ran.run("f"))
+    assert [problem.where for problem in told] == ["cell 1"] and "nothing_like_it" in told[0].lines[0]
+    with pytest.raises(NameError) as caught:
+        ran.names["f"]()
+    lines = ran.lines(caught.value)
+    assert "cell 'answer-f', in f, line 2:  return help_me" in lines
+    assert any("`help_me` comes from cell 1, which stopped: ModuleNotFoundError" in line for line in lines)
+    told, names = left(tmp_path, ("answer-f", "def f(:\n    pass"), ("own", "def g(): pass"), wanted="fg")
+    assert [problem.where for problem in told] == ["cell 'answer-f'"] and "g" in names and "f" not in names
     assert "cell 'answer-f', line 1:  def f(:" in told[0].lines
-    assert any("`f` may come from cell 'answer-f'" in line for line in told[1].lines)
-    told, _ = events(tmp_path, ("setup", "1 / 0\ndef f(): pass"), check)
-    assert [(e.check, bool(e.error)) for e in told] == [("", True), ("f", False)]
-    told, _ = events(tmp_path, ("answer-f", "def f(): pass\nexit()"), ("check-f", "# check('f', f)"))
-    assert [e.lines[0].split(":")[0].rstrip(".") for e in told] == ["This cell calls no check any more", "SystemExit"]
+    assert left(tmp_path, ("answer-f", "def f(): pass\nexit()"), wanted="f")[0] == []
+
+
+def test_copies_of_a_cell_are_told_apart(tmp_path):
+    source = "def f():\n    return 1 / 0"
+    ran = Session(cells(tmp_path, ("answer-f", "def f(): return 1"), ("answer-f", source)))
+    list(ran.run("f"))
+    with pytest.raises(ZeroDivisionError) as caught:
+        ran.names["f"]()
+    assert ran.lines(caught.value)[-1] == "cell 2, in f, line 2:  return 1 / 0"
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_no_cell_of_a_lab_but_its_answers_makes_what_is_graded(lab):
+    """So nothing of the lab's own takes the place of an answer, although the last definition counts."""
+    ran = Session(read(ROOT / "notebooks" / f"{lab}.ipynb"))
+    subjects = {name for step in ran.steps if step.role == "answer" and step.unfilled for name in step.names.sets}
+    others = [step for step in ran.steps if step.role != "answer" and (step.names.sets | step.names.changes) & subjects]
+    assert subjects and [(step.label, ast.unparse(step.node)) for step in others] == []
 
 
 # Answers of earlier labs
@@ -206,7 +327,7 @@ def test_load_answer_tells_if_its_check_does_not_pass_yet(tmp_path, capsys, monk
     assert text.startswith("Your `KF` from lab 1 does not pass its check yet: The correction points the wrong way")
     assert text.endswith("Finish it there, save it (Ctrl+S), and run this cell again.\n")
     assert "yet: `predict` is still to be written.\n" in told(fill=False)
-    monkeypatch.setattr(answers, "SECONDS", 0.5)
+    monkeypatch.setattr(rehearse, "CALL", 0.5)
     assert "yet: It was still running when" in told(("p = len(y)", "p = len(y)\n        while p: pass"))
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from ..sandbox.channel import FAR
+from ...notebook.usage import FAR
 
 if TYPE_CHECKING:  # what grades needs no papers, and is there sooner without
     from .paper import Paper

@@ -30,7 +30,8 @@ KIT = str(Path(__file__).resolve().parents[3])
 @dataclass(frozen=True)
 class Job:
     """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark;
-    files: {path: base64} of what lies beside the notebook."""
+    files: {path: base64} of what lies beside the notebook.
+    """
 
     id: int
     key: str
@@ -70,16 +71,21 @@ def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: st
         "time": room.time,
         "sandbox": {**room.way, "runtime": runtime},
         "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
-        "given": [
-            {"number": c.number, "id": c.id, "role": c.role, "code": True, "source": c.source}
-            for c in paper.released
-            if c.code
-        ],
+        "given": given(paper),
         "students": [{"key": j.key, "cells": j.cells, "sources": j.sources, "files": j.files} for j in jobs],
     }
     Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
     notebook = batch.notebook(paper, [job.done for job in jobs])
     Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def given(paper: Paper) -> list[dict[str, Any]]:
+    """The code of the students' notebook as it was handed out: it supplies what a student's lacks."""
+    return [
+        {"number": cell.number, "id": cell.id, "role": cell.role, "code": True, "source": cell.source}
+        for cell in paper.released
+        if cell.code
+    ]
 
 
 def take_figures(folder: str | Path, jobs: Sequence[Job]) -> dict[int, dict[str, np.ndarray]]:
@@ -189,7 +195,9 @@ class Local:
         *_, (kind, _, end) = held.values()
         done = frozenset(cell.id for cell in room.paper.cells if cell.id not in held)
         try:
-            found = list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if kind == "done" else []
+            found = (
+                list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if kind == "done" else []
+            )
         except (OSError, ValueError):
             self._runners[0].end()
             self._runners[0] = Runner(self._scratch)

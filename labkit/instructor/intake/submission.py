@@ -36,12 +36,13 @@ def assemble(released: Sequence[Cell], cells: Sequence[Cell], files: Mapping[str
     label_of = labels(cells)
     _refuse_others(released, cells)
     for cell in cells:
-        if cell.code and cell.source.strip():
+        is_code = cell.code or re.search(r"(?m)^(class|def) \w+", cell.source)  # a session looks at such a text cell
+        if is_code and cell.source.strip():
             _add(work, cell, label_of[cell.number])
     work.answers, notes = written(released, cells)
-    text = "\n".join(cell.source for cell in cells if cell.code)
-    missing = [f"`{name}`" for name in defined(released) if not re.search(rf"\b{name}\b", text)]
-    if missing:
+    text = "\n".join(cell["source"] for cell in work.cells)
+    missing = [f"`{name}`" for name in defined(released) if not _makes(text, name)]
+    if missing and not re.search(r"import \*|%run|\bexec\(|\bglobals\(", text):
         notes = [f"Nothing in the notebook defines {listed(missing)}.", *notes]
     work.notes += notes
     return work
@@ -51,6 +52,12 @@ def defined(released: Sequence[Cell]) -> list[str]:
     """The functions and classes that a lab's answer cells define."""
     code = [cell.source for cell in released if cell.code and cell.role == "answer"]
     return [name for source in code for name in re.findall(r"(?m)^(?:class|def) (\w+)", source)]
+
+
+def _makes(text, name):
+    """Whether some line of code looks as if it made `name`; the code has not run yet."""
+    ways = rf"\b(class|def) {name}\b|^\s*{name}\b[^=\n(]*=(?!=)|\b(import|as|for)\b.*\b{name}\b"
+    return re.search(ways, text, re.MULTILINE) is not None
 
 
 def _refuse_others(released, cells):
@@ -77,6 +84,6 @@ def _add(work, cell, label):
         work.notes.append(f"The code of {label} has more than {LONGEST} characters and was left out.")
         return
     work.cells.append(
-        {"number": cell.number, "id": cell.id, "role": cell.role, "code": True, "source": cell.source}
+        {"number": cell.number, "id": cell.id, "role": cell.role, "code": cell.code, "source": cell.source}
     )
     work.sources[label] = cell.source

@@ -42,7 +42,8 @@ def written(released: Sequence[Cell], cells: Sequence[Cell]) -> tuple[dict[str, 
 
 class _Lab:
     """The lab as it was handed out. questions: ids of the written answers;  lines: {line: the question that it
-    belongs to, or ''};  of: {cell id: the same}."""
+    belongs to, or ''};  of: {cell id: the same}.
+    """
 
     def __init__(self, released: Sequence[Cell]) -> None:
         self.questions = [cell.id for cell in released if cell.role == "answer" and not cell.code]
@@ -61,7 +62,8 @@ class _Lab:
 
 class _Reader:
     """Goes through the cells. found, code: {question: pieces of text, and of code};  strays: where other text stands;
-    pictures: {name: (type, base64)}."""
+    pictures: {name: (type, base64)}.
+    """
 
     def __init__(self) -> None:
         self.question = ""

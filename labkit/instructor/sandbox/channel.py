@@ -2,19 +2,14 @@
 
 import os
 import selectors
-import time
 from typing import Any
 
-from ...checks.feedback import FilterError
-from ...notebook.limits import still_running
+from ...checks.feedback import STOPPED, FilterError
+from ...notebook.usage import LOOK, Deadline, Usage
 from . import wire
 from .launch import Sandbox
-from .usage import Usage
 
 START = 30  # seconds of the processor for a worker to be there
-STUCK = 2.0  # more than its code was given: then a library is at it, which the worker cannot stop itself
-FAR = 20  # times as long as code may compute the grader waits on a busy machine
-LOOK = 0.1  # seconds between two looks at what a worker has used
 SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
 
 
@@ -61,7 +56,7 @@ class Channel:
 
         Raises StudentCodeError, or WorkerLostError: then the worker is no use any more.
         """
-        limit = _Deadline(self.usage, seconds)
+        limit = Deadline(self.usage, seconds)
         self._send(wire.pack({**request, "allowed": seconds}, objects=True), limit)
         try:
             head = self._receive(8, limit)
@@ -111,7 +106,7 @@ class Channel:
             selector.register(stream, event)
             while not selector.select(LOOK):
                 if limit.over():
-                    raise WorkerLostError(still_running(limit.seconds), stopped=True)
+                    raise WorkerLostError(STOPPED, stopped=True)
 
     def _gone(self):
         return (
@@ -122,19 +117,6 @@ class Channel:
     def end(self) -> None:
         """Be rid of the worker."""
         self.worker.end()
-
-
-class _Deadline:
-    """When a worker's time for one answer of `seconds` is up."""
-
-    def __init__(self, usage: Usage, seconds: float) -> None:
-        self.usage, self.seconds = usage, seconds
-        self.stop = usage.look() + seconds + STUCK
-        self.far = time.monotonic() + FAR * (seconds + STUCK)
-
-    def over(self) -> bool:
-        """Whether it is, while nothing comes."""
-        return self.usage.look(waiting=True) > self.stop or time.monotonic() > self.far
 
 
 def _failure(answer):

@@ -126,7 +126,8 @@ class Student:
 @dataclass(frozen=True)
 class Notebook:
     """What is run of a student's. cells: their own, as dictionaries;  given: those of the lab as it was handed out;
-    files: {path: base64} of what lies beside the notebook."""
+    files: {path: base64} of what lies beside the notebook.
+    """
 
     cells: Sequence[dict[str, Any]]
     given: Sequence[dict[str, Any]] = ()

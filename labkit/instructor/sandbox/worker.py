@@ -18,8 +18,8 @@ import numpy as np
 from ... import checks, history, metrics  # noqa: F401 - metrics are warm for the student
 from ...checks import feedback
 from ...checks.trace import Trace
-from ...notebook.read import Cell
 from ...notebook.limits import TimeUpError, cpu_limit
+from ...notebook.read import Cell
 from ...notebook.session import Session
 from ...notebook.shell import alone
 from . import probe, wire
@@ -78,9 +78,7 @@ class Worker:
         """Try to break out, as `probe.inside` says."""
         return probe.inside(**targets)
 
-    def do_load(
-        self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str]
-    ) -> dict[str, Any]:
+    def do_load(self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str]) -> dict[str, Any]:
         """Run what the wanted names need; tell which are there now and what each is.
 
         given: the cells of the lab as it was handed out;  files: {path: base64} of what lies beside the notebook.

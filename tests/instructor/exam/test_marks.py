@@ -193,7 +193,9 @@ def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
     lab, log = "05_observers", scenarios.cross(rng=1)
     sheet = paper.read(lab)
     exam = Exam(lab)
-    student = proxy.Student(box, submission.assemble(sheet.released, cells_of(filled(lab))).cells, sheet.subjects)
+    student = proxy.Student(
+        box, proxy.Notebook(submission.assemble(sheet.released, cells_of(filled(lab))).cells), sheet.subjects
+    )
     told = {"x0": log.truth[0], "P0": 0.01 * np.eye(9), "noise": TeamNoise(), "inflate": 2.0}
     try:
         for KF in ("PaperEKF", "GroupEKF"):
@@ -242,7 +244,7 @@ def test_a_stand_in_is_as_good_as_the_students_own(box):
     lab = LABS[0]
     sheet = paper.read(lab)
     work = submission.assemble(sheet.released, cells_of(filled()))
-    student = proxy.Student(box, work.cells, sheet.subjects)
+    student = proxy.Student(box, proxy.Notebook(work.cells), sheet.subjects)
     try:
         KF, own = student.find("KF"), Exam(lab).right("KF")[0]
         log = simulate(Robot((1, -1), 0.05 * np.eye(2), 0.04 * np.eye(2), rng=3), random_map(20, rng=3), steps=25)

@@ -12,7 +12,7 @@ from labkit import Landmark, Map
 from labkit.checks import CheckError, judge
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.variants import variant
-from labkit.instructor.sandbox.proxy import Student
+from labkit.instructor.sandbox.proxy import Notebook, Student
 
 from helpers.inside import Inside
 
@@ -141,7 +141,7 @@ def student(toy):
         {"number": 1, "id": "setup", "role": "setup", "code": True, "source": "import numpy as np"},
         {"number": 2, "id": "answer", "role": "answer", "code": True, "source": ANSWER + BOAT + DRIFTER},
     ]
-    return Student(None, cells, ["drift", "Boat", "Drifter"], spare=Inside())
+    return Student(None, Notebook(cells), ["drift", "Boat", "Drifter"], spare=Inside())
 
 
 def test_its_answers_are_graded_in_a_worker(student, toy, monkeypatch):

@@ -1,9 +1,14 @@
-"""How much time a worker has taken: of the processor, and asleep; not what it waited for a busy machine."""
+"""How much time a process has taken: of the processor, and asleep; not what it waited for a busy machine."""
 
 import time
 
 import psutil
 
+LOOK = 0.1  # seconds between two looks
+STUCK = (
+    2.0  # seconds beyond the limit that code was given itself: then a library is at it, which nothing inside can stop
+)
+FAR = 20  # times as long as code may compute one waits for it on a busy machine
 ASLEEP = (psutil.STATUS_SLEEPING, psutil.STATUS_IDLE, psutil.STATUS_STOPPED)
 
 
@@ -46,3 +51,16 @@ class Usage:
             return all(process.status() in ASLEEP for process in self._processes)
         except psutil.Error:
             return False
+
+
+class Deadline:
+    """When the time for one thing of `seconds` is up for a process."""
+
+    def __init__(self, usage: Usage, seconds: float) -> None:
+        self.usage, self.seconds = usage, seconds
+        self.stop = usage.look() + seconds + STUCK
+        self.far = time.monotonic() + FAR * (seconds + STUCK)
+
+    def over(self) -> bool:
+        """Whether it is, while nothing comes."""
+        return self.usage.look(waiting=True) > self.stop or time.monotonic() > self.far
