@@ -11,6 +11,7 @@ from pathlib import Path
 
 from .console import Progress
 from .exam import pool
+from .exam.jobs import Job, Room, way
 from .exam.paper import Paper, read as read_paper
 from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
@@ -120,9 +121,7 @@ def _hand_marks(path, snapshots):
     return min(readings, key=lambda reading: len(reading[0]))
 
 
-def register(
-    book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace
-) -> tuple[list[pool.Job], list[str]]:
+def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace) -> tuple[list[Job], list[str]]:
     """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
     entries, unfits, notes = submissions.survey(paper.lab)
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
@@ -168,7 +167,7 @@ def _enter(book, paper, found, anew):
         return None, graded_by != paper.digest
     key = f"{entry.student}\n{entry.identifier}"
     files = {path: b64encode(content).decode("ascii") for path, content in work.files.items()}
-    return pool.Job(id, key, work.cells, work.sources, frozenset(book.marked(id)), files), False
+    return Job(id, key, work.cells, work.sources, frozenset(book.marked(id)), files), False
 
 
 def _refuse(book, paper, unfit):
@@ -188,10 +187,10 @@ def _asked_for(regrade, entry):
 
 
 def work(
-    book: Gradebook, paper: Paper, sandbox: Sandbox, jobs: list[pool.Job], here: pool.Local | None, args: Namespace
+    book: Gradebook, paper: Paper, sandbox: Sandbox, jobs: list[Job], here: pool.Local | None, args: Namespace
 ) -> None:
     """Grade the jobs, here or on a cluster; each mark goes into the gradebook as it comes."""
-    room = pool.Room(paper, book.seed, pool.way(sandbox), {"call": args.call, "total": args.total})
+    room = Room(paper, book.seed, way(sandbox), {"call": args.call, "total": args.total})
     if here:
         news = here.grade(room, jobs)
     else:

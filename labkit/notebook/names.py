@@ -3,6 +3,7 @@
 import ast
 import symtable
 from dataclasses import dataclass, field
+from typing import TypeGuard
 
 
 @dataclass
@@ -30,7 +31,7 @@ def names(node: ast.stmt) -> Names:
     sets, uses = _of_table(_table(plain))
     if isinstance(plain, ast.ClassDef):
         uses = _used_by_class(plain)
-    changed = {each.target.id for each in ast.walk(plain) if isinstance(each, ast.AugAssign) and _is_name(each.target)}
+    changed = {part.target.id for part in ast.walk(plain) if isinstance(part, ast.AugAssign) and _is_name(part.target)}
     found = Names(set() if isinstance(plain, ast.Delete) else sets, uses | changed & sets)  # x += 1 looks x up
     _effects(plain, found)
     return found
@@ -122,5 +123,5 @@ class _Plain(ast.NodeTransformer):
         return ast.GeneratorExp(ast.Tuple(parts, ast.Load()), node.generators)
 
 
-def _is_name(node):
+def _is_name(node: ast.AST) -> TypeGuard[ast.Name]:
     return isinstance(node, ast.Name)

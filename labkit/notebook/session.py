@@ -200,7 +200,7 @@ def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
     functions = {name for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given for name in s.names.sets}
     chosen = {step for step in steps if _is_future(step.node) or source.WRITE in step.names.uses}  # any may need these
     while True:
-        names = wanted.union(*(step.names.uses for step in chosen))
+        names = set(wanted).union(*(step.names.uses for step in chosen))
         unknown = names - made - set(dir(builtins))
         more = {s for s in steps if _serves(s, names, imported, functions) or s.names.anything and unknown} - chosen
         if not more:

@@ -20,9 +20,9 @@ def python(source: str) -> str:
         return source
     except (SyntaxError, ValueError):
         pass  # it may be more than Python
-    blank = re.match(r"(?:[ \t]*\n)*", source)
-    above = "\n" * blank[0].count("\n") if blank else ""
-    head, _, body = source[len(above) and blank.end() or 0 :].partition("\n")
+    text = re.sub(r"^(?:[ \t]*\n)+", "", source)
+    above = "\n" * source[: len(source) - len(text)].count("\n")
+    head, _, body = text.partition("\n")
     magic = re.match(r"\s*%%(\w+)\s*(.*)", head)
     if not magic:
         return above + _transformed(source)

@@ -6,7 +6,7 @@ from contextlib import redirect_stdout
 from functools import cache
 
 from labkit.instructor.exam import paper
-from labkit.instructor.exam.pool import given
+from labkit.instructor.exam.jobs import given
 from labkit.instructor.intake.submission import assemble
 from labkit.instructor.sandbox import wire
 from labkit.instructor.sandbox.channel import Channel

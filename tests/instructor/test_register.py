@@ -43,6 +43,7 @@ def test_what_is_too_long_to_be_graded_or_shown_is_told(tmp_path):
     assert ada.notes == [
         f"The code of cell 'answer-kf' has more than {LONGEST} characters and was left out.",
         f"The code of cell {len(long['cells'])} has more than {LONGEST} characters and was left out.",
+        "Nothing in the notebook defines `KF`.",
         f"Of cell 'answer-q1' only the first {LONGEST} characters are shown.",
     ]
     assert len(ada.answers["answer-q1"]) == LONGEST and not any(len(cell["source"]) > LONGEST for cell in job.cells)

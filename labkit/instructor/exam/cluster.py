@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from ..records import CommandError
 from ..sandbox.launch import Sandbox
 from . import paper
-from .pool import Job, Local, News, Room, batches
+from .jobs import Job, Room, batches
+from .pool import Local, News
 
 
 def remote(room: Room, jobs: Sequence[Job], address: str) -> Iterator[News]:

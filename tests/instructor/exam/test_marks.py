@@ -13,7 +13,7 @@ from labkit.checks import CheckError
 from labkit.checks.feedback import FilterError
 from labkit.instructor.authoring.build import ROOT
 from labkit.instructor.authoring.spec import definitions
-from labkit.instructor.exam import paper, pool
+from labkit.instructor.exam import jobs as jobs_of, paper, pool
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.runs import how_far
 from labkit.instructor.intake import submission
@@ -50,9 +50,9 @@ def marks(box):
             names, jobs = list(books), []
             for number, name in enumerate(names):
                 work = submission.assemble(sheet.released, cells_of(books[name]))
-                jobs.append(pool.Job(number, name, work.cells, work.sources))
+                jobs.append(jobs_of.Job(number, name, work.cells, work.sources))
             found = {name: {} for name in names}
-            for kind, id, item in here.grade(pool.Room(sheet, seed, pool.way(box), time), jobs):
+            for kind, id, item in here.grade(jobs_of.Room(sheet, seed, jobs_of.way(box), time), jobs):
                 if kind == "mark":
                     found[names[id]][item["check"]] = item
             return found

@@ -1,0 +1,92 @@
+"""What is graded, with what, and how it gets into a batch's folder."""
+
+import contextlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..sandbox.launch import Sandbox
+from . import batch
+from .paper import Paper
+
+LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
+
+
+@dataclass(frozen=True)
+class Job:
+    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark;
+    files: {path: base64} of what lies beside the notebook.
+    """
+
+    id: int
+    key: str
+    cells: list[dict[str, Any]]
+    sources: dict[str, str]
+    done: frozenset[str] = frozenset()
+    files: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a batch is graded with, the same for all batches; plain data, so that it can travel."""
+
+    paper: Paper
+    seed: int
+    way: dict[str, Any]  # of the Sandbox
+    time: dict[str, float]  # seconds: {"call", "total"}
+
+    def at(self, sandbox: Sandbox) -> "Room":
+        """The same with another machine's sandbox."""
+        return replace(self, way=way(sandbox))
+
+
+def batches(jobs: Sequence[Job], workers: int) -> list[Sequence[Job]]:
+    """Lists of jobs: two rounds for each of several workers, so that they end together; none above LARGEST."""
+    rounds = 1 if workers == 1 else 2
+    size = max(1, min(LARGEST, -(-len(jobs) // (rounds * workers))))
+    return [jobs[i : i + size] for i in range(0, len(jobs), size)]
+
+
+def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: str) -> None:
+    """Put a batch's files into `folder`: batch.json and the check notebook."""
+    paper = room.paper
+    content = {
+        "seed": room.seed,
+        "subjects": paper.subjects,
+        "time": room.time,
+        "sandbox": {**room.way, "runtime": runtime},
+        "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
+        "given": given(paper),
+        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources, "files": j.files} for j in jobs],
+    }
+    Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
+    notebook = batch.notebook(paper, [job.done for job in jobs])
+    Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def given(paper: Paper) -> list[dict[str, Any]]:
+    """The code of the students' notebook as it was handed out: it supplies what a student's lacks."""
+    return [
+        {"number": cell.number, "id": cell.id, "role": cell.role, "code": True, "source": cell.source}
+        for cell in paper.released
+        if cell.code
+    ]
+
+
+def take_figures(folder: str | Path, jobs: Sequence[Job]) -> dict[int, dict[str, np.ndarray]]:
+    """{job id: {name: array (...,)}} of the figures that a batch left in its folder."""
+    found = {}
+    for number, job in enumerate(jobs):
+        path = Path(folder, f"figure-{number}.npz")
+        with contextlib.suppress(OSError, ValueError), np.load(path, allow_pickle=False) as stored:
+            found[job.id] = {name: stored[name] for name in stored.files}
+    return found
+
+
+def way(sandbox: Sandbox) -> dict[str, Any]:
+    """A Sandbox as plain data, without the folder of this machine."""
+    return {**asdict(sandbox), "runtime": ""}
