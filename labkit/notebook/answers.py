@@ -23,7 +23,7 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     Looks in `folder`, by default the current one, which is the notebook's own. Prints a note if the
     answer does not pass its check, and nothing otherwise.
     """
-    from .rehearse import Rehearsal, checks_of, subjects
+    from .rehearse import Rehearsal, checks_of, given, subjects
     from .session import Session
 
     path = Path(folder or ".") / f"{lab}.ipynb"
@@ -34,6 +34,7 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
         raise EarlierLabError(f"{first}: {where}. Put it there, {again}.")
     with _apart(path.resolve().parent):
         session = Session(read(path), place=f"{lab}, ")
+        session.supply(given(checks_of(path, session.calls)))
         problems = list(session.run([name]))
     if name not in session.names:
         reasons = [line for problem in problems for line in problem.lines]

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 from ..checks.feedback import LabError, explain
 from . import source
-from .limits import TimeUpError, cpu_limit
+from .limits import CALL, TimeUpError, cpu_limit
 from .names import Names, names
 from .read import Cell, labels
 from .shell import stand_ins
 
-STEP, ALL = 5.0, 8.0  # seconds of the processor for one statement, and for a notebook's statements together
+STEP, ALL = 0.5, 0.8  # of the time for a notebook's cells: what one statement may take, and all together
 FLAGS = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 _DEFINITIONS = (ast.FunctionDef, ast.ClassDef)
 
@@ -61,10 +61,10 @@ class Step:
 class Session:
     """The cells of one notebook and the names that they make.
 
-    given: the cells of the lab as it was handed out;  place: what comes before a cell's name when it is told.
+    place: what comes before a cell's name when it is told.
     """
 
-    def __init__(self, cells: Sequence[Cell], given: Sequence[Cell] = (), place: str = "") -> None:
+    def __init__(self, cells: Sequence[Cell], place: str = "") -> None:
         self.names: dict[str, object] = {"__name__": "__main__", **stand_ins(self.run_text)}
         self.place = place
         self.calls: list[Call] = []
@@ -75,9 +75,13 @@ class Session:
         label_of = labels(cells)
         own = [step for cell in cells if cell.code for step in self._steps(cell, label_of[cell.number])]
         own += self._retyped(cells, label_of, {name for step in own for name in step.names.sets})
-        made = {name for step in own for name in step.names.sets}
-        supply = [step for cell in given if cell.code for step in self._steps(cell, cell.label, given=True)]
-        self.steps = [*(step for step in supply if not step.names.sets <= made), *own]
+        self.steps = own
+
+    def supply(self, given: Iterable[Cell]) -> None:
+        """Add what the notebook lacks, and nothing else, of the cells of the lab as it was handed out."""
+        made = {name for step in self.steps for name in step.names.sets}
+        steps = [step for cell in given for step in self._steps(cell, cell.label, given=True)]
+        self.steps = [s for s in steps if not s.unfilled and s.names.sets and not s.names.sets <= made] + self.steps
 
     def _retyped(self, cells, label_of, made):
         """What text cells define that no code has: pressing M or Y in Jupyter turns one into the other."""
@@ -107,17 +111,23 @@ class Session:
             self.calls += [Call(check, label) for check in checks.values() if check]
         return [step for step in steps if not checks[step]]
 
-    def run(self, wanted: Iterable[str]) -> Iterator[Problem]:
-        """Run, in order, what the wanted names need; yield a Problem for each cell that stopped: the others go on."""
+    def run(self, wanted: Iterable[str], seconds: float = CALL) -> Iterator[Problem]:
+        """Run, in order, what the wanted names need; yield a Problem for each cell that stopped: the others go on.
+
+        seconds: of the processor, for all of it.
+        """
         yield from self.broken
-        left = ALL
+        left, failed = ALL * seconds, []
         for step in needed(self.steps, set(wanted)):
-            spent, error = self._exec(step.node, self.place + step.label, min(STEP, max(left, 0.2)))
+            spent, error = self._exec(step.node, self.place + step.label, min(STEP * seconds, max(left, 0.02 * seconds)))
             left -= spent
+            failed += [(step, error)] if error else []
+        for step, error in failed:  # cells may have been run in another order: what came too early is there now
+            if isinstance(error, NameError):
+                _, error = self._exec(step.node, self.place + step.label, STEP * seconds)
             if error and step.label not in self.stopped:
-                problem = Problem(step.label, error, self.lines(error))
-                self.stopped[step.label] = problem
-                yield problem
+                self.stopped[step.label] = Problem(step.label, error, self.lines(error))
+                yield self.stopped[step.label]
         if self._runner:
             self._runner.close()
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from .limits import CALL
 from .read import NotebookError, read
-from .rehearse import Rehearsal, checks_of, subjects
-from .session import ALL, Session
+from .rehearse import Rehearsal, checks_of, given, subjects
+from .session import Session
 from .shell import alone
 
 
@@ -47,7 +47,8 @@ def _rehearse(path, session, tell, done, slow, seconds):
         tell(
             kind="problem", where=label, lines=["It is a text cell that holds code: turn it back into a code cell (Y)."]
         )
-    tell(kind="begin", check="", seconds=ALL)
+    session.supply(given(checks))
+    tell(kind="begin", check="", seconds=CALL)
     for problem in session.run(subjects(checks)):
         tell(kind="problem", where=problem.where, lines=problem.lines)
     tell(kind="beside", names=_beside())

@@ -30,7 +30,7 @@ def update(body):
 
 
 NOTHING = update("pass")
-STUCK = "still running when its time was up"
+STUCK = "still running when it"
 ENDED = "ended Python itself"
 
 CODE = [
@@ -44,7 +44,8 @@ CODE = [
         NONE,
         STUCK,
     ),
-    ("sleep", "import time", predict("time.sleep(1000)"), PARTS, STUCK),
+    ("sleep", "import time", predict("time.sleep(1000)"), PARTS, ""),  # nobody waits there
+    ("waits", "import threading", predict("threading.Event().wait(1000)"), PARTS, STUCK),
     (
         "loop in an exception's text",
         "class E(Exception):\n    def __str__(self):\n        while True: pass",

@@ -119,7 +119,8 @@ def test_lines_keep_their_numbers(source):
 
 def left(tmp_path, *sources, wanted, given=()):
     """(problems, names) that a session leaves."""
-    session = Session(cells(tmp_path, *sources), cells(tmp_path, *given))
+    session = Session(cells(tmp_path, *sources))
+    session.supply(cells(tmp_path, *given))
     return list(session.run(wanted)), session.names
 
 
@@ -192,9 +193,9 @@ def test_an_answer_is_found_wherever_it_stands(tmp_path, monkeypatch, place):
     assert names["f"]() == 1
 
 
-def test_statements_that_take_too_long_are_told_and_the_others_go_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(session, "STEP", 0.3)
-    told, names = left(tmp_path, ("own", "while True: x = 1\ny = 2"), ("answer-f", "f = lambda: y\nz = x"), wanted="fx")
+def test_statements_that_take_too_long_are_told_and_the_others_go_on(tmp_path):
+    ran = Session(cells(tmp_path, ("own", "while True: x = 1\ny = 2"), ("answer-f", "f = lambda: y\nz = x")))
+    told, names = list(ran.run("fx", seconds=0.5)), ran.names
     assert [(problem.where, problem.lines[0][:23]) for problem in told] == [("cell 1", "It was still running wh")]
     assert names["f"]() == 2
 

@@ -21,7 +21,7 @@ from traitlets.config import Config
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
-from . import numbers, percent
+from . import given, numbers, percent
 
 ROOT = Path(__file__).resolve().parents[3]
 WIDGET = "application/vnd.jupyter.widget-view+json"
@@ -41,6 +41,7 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
     try:
         if check:
             problems += [f"labkit/checks/data/{name}.json is out of date" for name in numbers.stale(ROOT)]
+            problems += ["labkit/notebook/given.json is out of date"] if given.stale(ROOT) else []
         else:
             numbers.write(ROOT)
         for script in scripts:
@@ -48,6 +49,8 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
                 problems += compare(script, run)
             else:
                 write(script, run)
+        if not check:
+            given.write(ROOT)
     except CommandError as error:
         problems.append(str(error))
     for problem in problems:

@@ -71,7 +71,7 @@ class Batch:
         error = result.error_before_exec or result.error_in_exec
         told = self._told(error) if error else {"status": records.PASSED}
         with open(self.folder / FILE, "a", encoding="utf-8") as file:
-            stopped = bool(self.student and self.student.stopped > self.stopped)
+            stopped = bool(self.student and (self.student.cut or self.student.stopped > self.stopped))
             about = {"number": self.number, "check": self.check, "stopped": stopped}
             file.write(json.dumps({**about, **told}) + "\n")
         self.check = None
@@ -108,7 +108,7 @@ class Batch:
         kind = error.kind if known else "problem of its own"  # a name that they chose could tell something
         reason = f"Your code stopped here with a{'n' * (kind[0] in 'AEIOU')} {kind}."
         if error.stopped:
-            reason = "Your code was still running when its time was up."
+            reason = "Your code was still running when it was stopped."
         if error.place is None:
             return {"reason": reason}
         label, line = error.place

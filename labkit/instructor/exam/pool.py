@@ -102,7 +102,8 @@ class Local:
     def grade(self, room: Room, jobs: Sequence[Job]) -> Iterator[News]:
         """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why).
 
-        What ran into a limit of time is tried once more at the end, with nothing else going on.
+        What ran into a limit of time is tried once more at the end, with nothing else going on: the first check of a
+        submission, and the others if that one gets through.
         """
         held: dict[int, dict[str, News]] = {}
         for news in self._together(room, jobs):
@@ -118,19 +119,26 @@ class Local:
                 yield from self._alone(room, job, held[job.id])
 
     def _alone(self, room, job, held):
-        *_, (kind, _, end) = held.values()
-        done = frozenset(cell.id for cell in room.paper.cells if cell.id not in held)
+        """The news of a submission some of whose marks are `held` {check: news}, with its end under ''."""
+        checks, (kind, _, _) = [check for check in held if check], held[""]
+        for part in (checks[:1], checks[1:]) if kind == "done" else ():
+            marks = self._again(room, job, part)
+            held |= marks
+            if any(item.get("stopped") for _, _, item in marks.values()):
+                break
+        yield from (held[check] for check in checks)
+        yield held[""]
+
+    def _again(self, room, job, checks):
+        """{check: news} of some checks of a submission, none if the grading process ends."""
+        done = frozenset(cell.id for cell in room.paper.cells if cell.id not in checks)
         try:
-            found = (
-                list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if kind == "done" else []
-            )
+            news = list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if checks else []
         except (OSError, ValueError):
             self._runners[0].end()
             self._runners[0] = Runner(self._scratch)
-            found = []
-        news = held | {item["check"]: ("mark", id, item) for what, id, item in found if what == "mark"}
-        yield from (one for check, one in news.items() if check)
-        yield kind, job.id, end
+            return {}
+        return {item["check"]: ("mark", id, item) for kind, id, item in news if kind == "mark"}
 
     def _together(self, room, jobs):
         waiting: queue.SimpleQueue = queue.SimpleQueue()

@@ -38,6 +38,7 @@ class Student:
         self.call, self.total, self.left = call, total, float(total)
         self.slow: set[str] = set()  # objects that used up the time of a call once
         self.stopped = 0  # how often time was up
+        self.cut = False  # whether the notebook's cells ran into a limit, so that something may be missing
         self.channel = spare
         self.kinds: dict[str, Any] = {}
         self.problems: list[dict] = []
@@ -58,9 +59,11 @@ class Student:
             self.channel.settle()
             answer = self._timed({"do": "load", **asdict(self.notebook), "wanted": self.wanted})
         except FilterError as error:
+            self.cut = getattr(error, "stopped", False)
             self.why_lost = f"Your notebook could not be loaded. {error}"
             self._drop()
             raise WorkerLostError(self.why_lost) from None
+        self.cut = answer.get("stopped") is True
         kinds, problems = answer.get("kinds"), answer.get("problems")
         self.kinds = kinds if isinstance(kinds, dict) else {}
         self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
@@ -91,7 +94,7 @@ class Student:
 
     def _timed(self, request, about=""):
         before = self.channel.usage.look()
-        allowed = min(PATIENCE if about in self.slow else self.call, max(self.left, 0.1))
+        allowed = min(self.call, PATIENCE if about in self.slow else self.call, max(self.left, 0.1))
         stopped = False
         try:
             answer = self.channel.ask(request, allowed)

@@ -61,11 +61,14 @@ class Worker:
         self.made: list[Any] = []  # objects of the student's classes, which the grader knows by their number
 
     def answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to {"do": what, ...}: of the method `do_<what>`, which gets the other fields."""
+        """The answer to {"do": what, "allowed": seconds, ...}: of the method `do_<what>`, which gets the other fields."""
         request = dict(request)
-        seconds = request.pop("allowed")
-        with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"), cpu_limit(seconds):
-            return getattr(self, f"do_{request.pop('do')}")(**request)
+        do, allowed = request.pop("do"), request.pop("allowed")
+        with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"):
+            if do == "load":
+                return self.do_load(**request, allowed=allowed)
+            with cpu_limit(allowed):
+                return getattr(self, f"do_{do}")(**request)
 
     def do_confine(self, **limits: Any) -> dict[str, Any]:
         """Limit this process for good, as `confine.confine` says."""
@@ -78,22 +81,25 @@ class Worker:
         """Try to break out, as `probe.inside` says."""
         return probe.inside(**targets)
 
-    def do_load(self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str]) -> dict[str, Any]:
+    def do_load(self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str], allowed: float) -> dict[str, Any]:
         """Run what the wanted names need; tell which are there now and what each is.
 
-        given: the cells of the lab as it was handed out;  files: {path: base64} of what lies beside the notebook.
+        given: the cells of the lab as it was handed out;  files: {path: base64} of what lies beside the notebook;
+        allowed: seconds of the processor.
         """
         for path, content in files.items():
             Path(path).parent.mkdir(parents=True, exist_ok=True)
             Path(path).write_bytes(base64.b64decode(content))
-        session = Session([Cell(**cell) for cell in cells], [Cell(**cell) for cell in given])
+        session = Session([Cell(**cell) for cell in cells])
+        session.supply(Cell(**cell) for cell in given)
         self.names = session.names
         problems = [
             {"place": problem.where, "lines": [str(line)[:TEXT] for line in problem.lines[:6]]}
-            for problem in session.run(wanted)
+            for problem in session.run(wanted, allowed)
         ]
+        stopped = any(isinstance(problem.error, TimeUpError) for problem in session.stopped.values())
         kinds = {name: type(self.names[name]).__name__ for name in wanted if name in self.names}
-        return {"kinds": kinds, "problems": problems[:20]}
+        return {"kinds": kinds, "problems": problems[:20], "stopped": stopped}
 
     def do_observe(self, name: str, data: checks.Data) -> dict[str, Any]:
         """What `checks.observe` sees of the object: a list of traces, or why there are none."""
