@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..checks.feedback import STOPPED
-from .usage import LOOK, STUCK, Deadline, Usage
+from .usage import LOOK, Deadline, Usage
 
 PASSED, FAILED, UNREADABLE = 0, 1, 2
 ENDED = "Python itself ended here."
@@ -83,7 +83,7 @@ def _run(path: str, seconds: float, report: Report) -> tuple[str, str]:
         try:
             item = news.get(timeout=LOOK)
         except queue.Empty:
-            if limit.over() or usage.seconds > seconds + STUCK:
+            if limit.over() or usage.seconds > 1.2 * seconds + 0.5:
                 child.kill()
                 return running, STOPPED
             continue

@@ -119,7 +119,9 @@ class Session:
         yield from self.broken
         left, failed = ALL * seconds, []
         for step in needed(self.steps, set(wanted)):
-            spent, error = self._exec(step.node, self.place + step.label, min(STEP * seconds, max(left, 0.02 * seconds)))
+            spent, error = self._exec(
+                step.node, self.place + step.label, min(STEP * seconds, max(left, 0.02 * seconds))
+            )
             left -= spent
             failed += [(step, error)] if error else []
         for step, error in failed:  # cells may have been run in another order: what came too early is there now

@@ -5,9 +5,6 @@ import time
 import psutil
 
 LOOK = 0.1  # seconds between two looks
-STUCK = (
-    2.0  # seconds beyond the limit that code was given itself: then a library is at it, which nothing inside can stop
-)
 FAR = 20  # times as long as code may compute one waits for it on a busy machine
 ASLEEP = (psutil.STATUS_SLEEPING, psutil.STATUS_IDLE, psutil.STATUS_STOPPED)
 
@@ -57,9 +54,9 @@ class Deadline:
     """When the time for one thing of `seconds` is up for a process."""
 
     def __init__(self, usage: Usage, seconds: float) -> None:
-        self.usage, self.seconds = usage, seconds
-        self.stop = usage.look() + seconds + STUCK
-        self.far = time.monotonic() + FAR * (seconds + STUCK)
+        # Code is stopped from inside first; where that does not help after a while, a library is at it.
+        seconds = 1.2 * seconds + 0.5
+        self.usage, self.stop, self.far = usage, usage.look() + seconds, time.monotonic() + FAR * seconds
 
     def over(self) -> bool:
         """Whether it is, while nothing comes."""

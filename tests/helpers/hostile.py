@@ -35,14 +35,14 @@ ENDED = "ended Python itself"
 
 CODE = [
     # It goes on for ever.
-    ("loop at the top", "while True: pass", "", NONE, STUCK),
+    ("loop at the top", "while True: pass", "", PARTS, "is not there"),
     ("loop in predict", "", predict("while True: pass"), PARTS, STUCK),
     (
         "loop that ignores signals",
         "import signal\nfor s in (2, 14, 15): signal.signal(s, signal.SIG_IGN)\nwhile True: pass",
         "",
-        NONE,
-        STUCK,
+        PARTS,
+        "is not there",
     ),
     ("sleep", "import time", predict("time.sleep(1000)"), PARTS, ""),  # nobody waits there
     ("waits", "import threading", predict("threading.Event().wait(1000)"), PARTS, STUCK),
@@ -336,7 +336,7 @@ CODE = [
     ("no Python", "def (", "", PARTS, "is not there"),
     ("a null character", "x = '\0'", "", PARTS, "is not there"),
     ("tabs and spaces", "if True:\n\tx = 1\n        y = 2", "", PARTS, "is not there"),
-    ("deletes the class", "", "del KF", PARTS, "is not there"),
+    ("deletes the class", "", "del KF", ALL, ""),
     ("a function in place of the class", "", "def KF(*a, **k): return None", PARTS, ""),
     ("a number in place of the class", "", "KF = 7", PARTS, "class"),
     ("deletes numpy", "", "import sys\nsys.modules.clear()\nKF = KF", None, ""),

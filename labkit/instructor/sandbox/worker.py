@@ -81,7 +81,9 @@ class Worker:
         """Try to break out, as `probe.inside` says."""
         return probe.inside(**targets)
 
-    def do_load(self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str], allowed: float) -> dict[str, Any]:
+    def do_load(
+        self, cells: Cells, given: Cells, files: Mapping[str, str], wanted: Sequence[str], allowed: float
+    ) -> dict[str, Any]:
         """Run what the wanted names need; tell which are there now and what each is.
 
         given: the cells of the lab as it was handed out;  files: {path: base64} of what lies beside the notebook;

@@ -54,7 +54,7 @@ def graded(request, tmp_path_factory):
     canary.mkdir()
     canary.chmod(0o777)
     places = f"SOLUTION = {str(ROOT / 'solutions' / (LAB + '.py'))!r}\nCANARY = {str(canary)!r}\n"
-    right = answers()["answer-kf"].replace('    def __init__', "    ready = READY\n\n    def __init__", 1)
+    right = answers()["answer-kf"].replace("    def __init__", "    ready = READY\n\n    def __init__", 1)
     for name, before, after, *_ in CODE:
         book = filled(answer_kf=f"{needed(places + before)}\n\n{right}\n\n{after}\n")
         as_file(base / "class" / re.sub(r"\W", "-", name) / f"{LAB}.ipynb", book)
@@ -73,9 +73,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "0.5",
+        "1",
         "--total",
-        "3",
+        "4",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
