@@ -1,14 +1,18 @@
 """From a student's exception to one sentence and the student's own line."""
 
+import ast
 import linecache
 import os
 import re
 import sys
 import sysconfig
+import textwrap
 import tomllib
 from pathlib import Path
 from types import FrameType
 
+LEFT_OVER = "The line `raise NotImplementedError` still stands below your code: delete it."
+TO_WRITE = "This part is still to be written: replace the `raise NotImplementedError`."
 STOPPED = "It was still running when it was stopped: does a loop never end?"
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Of an exception, its text and what to do about it.
@@ -73,6 +77,16 @@ def _own_lines(error):
     return found
 
 
+def _is_left_over(error):
+    """Whether the function has code of its own above the line that says that it is still to be written."""
+    try:
+        (function,) = ast.parse(textwrap.dedent(_own_lines(error))).body
+        body = function.body if isinstance(function, ast.FunctionDef) else []
+    except (SyntaxError, ValueError):
+        return False
+    return len(body) - (ast.get_docstring(function) is not None) > 1 if body else False
+
+
 def _line(frame, number):
     code = frame.f_code
     cell = f"{code.co_filename}, " if is_cell(code.co_filename) else ""
@@ -101,7 +115,7 @@ def sentence(error: BaseException) -> str:
     if isinstance(error, KeyboardInterrupt):
         return STOPPED
     if isinstance(error, NotImplementedError):
-        return str(error) or "This part is still to be written: replace the `raise NotImplementedError`."
+        return LEFT_OVER if _is_left_over(error) else str(error) or TO_WRITE
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
     if isinstance(error, ValueError) and re.search(r"block_diag\([^*,()]+\)", _own_lines(error)):
         return f"{name}.\n`block_diag` takes blocks one by one: `block_diag(*blocks)`, with a star before the list."

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import kinds
 from .compare import gap_of, values
+from .feedback import LEFT_OVER
 from .kinds import number_text
 from .trace import ODD, Scenario, Stop, Trace
 
@@ -47,7 +48,7 @@ def _stopped(scenario, stop, steps):
 def todo(stop: Stop) -> str:
     """The text of an unfilled stub, as a sentence."""
     text = stop.text.partition("\n")[0]
-    return text if "still to be written" in text else f"Still to be written: {text}"
+    return text if text == LEFT_OVER or "still to be written" in text else f"Still to be written: {text}"
 
 
 def _off(scenario, trace, steps, i):

@@ -6,7 +6,7 @@ import json
 import pytest
 
 from labkit.checks.feedback import LabError
-from labkit.notebook import read as notebook, rehearse, session
+from labkit.notebook import read as notebook, rehearse
 from labkit.notebook.answers import EarlierLabError, load_answer
 from labkit.notebook.names import names
 from labkit.notebook.read import NotebookError, read

@@ -93,6 +93,19 @@ def test_a_check_whose_cell_is_gone_runs_all_the_same(tmp_path, capsys):
     assert out[-1] == "2 of 3 checks passed."
 
 
+def test_a_stub_left_below_right_code_is_named_with_its_line(tmp_path, capsys):
+    left = "    return np.kron(np.eye(p), R)\n"
+    edit = (
+        left,
+        left.replace("return", "found =") + '    raise NotImplementedError("`repeat_R` is still to be written.")\n',
+    )
+    status, out, _ = run(capsys, save(tmp_path / "a.ipynb", released(LAB1, edit)))
+    assert status == 1 and out[1].endswith(
+        "The line `raise NotImplementedError` still stands below your code: delete it."
+    )
+    assert "cell 'answer-repeat', in repeat_R, line 5:  raise NotImplementedError" in out[2]
+
+
 def test_a_module_beside_the_notebook_is_used_and_told(tmp_path, capsys):
     book = released(LAB1, ("    return np.kron", "    return helping_hand.kron"), fill=True)
     book["cells"].insert(0, code("import helping_hand", "own"))

@@ -100,8 +100,6 @@ class Batch:
         if not secret:
             first, *rest = error.args[0].splitlines()
             return {"reason": first, "lines": rest}
-        if error.kind == "NotImplementedError":
-            return {"reason": "This part is still to be written."}
         if error.kind == "FilterError":
             return {"reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."}
         known = error.kind == "LinAlgError" or isinstance(getattr(builtins, error.kind, None), type)

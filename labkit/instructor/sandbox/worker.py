@@ -61,7 +61,7 @@ class Worker:
         self.made: list[Any] = []  # objects of the student's classes, which the grader knows by their number
 
     def answer(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to {"do": what, "allowed": seconds, ...}: of the method `do_<what>`, which gets the other fields."""
+        """The answer to {"do": what, "allowed": seconds, ...}: of the method `do_<what>`, given the other fields."""
         request = dict(request)
         do, allowed = request.pop("do"), request.pop("allowed")
         with redirect_stdout(Sink()), redirect_stderr(Sink()), np.errstate(all="ignore"):
