@@ -7,7 +7,6 @@ supplied by the cells of the lab as it was handed out, if they are given.
 import __future__
 
 import ast
-import asyncio
 import builtins
 import inspect
 import linecache
@@ -142,6 +141,8 @@ class Session:
                 if _is_future(node):
                     self._flags |= getattr(__future__, node.names[0].name).compiler_flag
                 if code.co_flags & inspect.CO_COROUTINE:
+                    import asyncio  # slow to load, and hardly a notebook needs it
+
                     self._runner = self._runner or asyncio.Runner()
                     self._runner.run(eval(code, self.names))
                 else:
