@@ -13,7 +13,7 @@ from ...notebook.read import Cell
 from .names import shorten
 
 LONGEST = 200_000  # characters of one answer, without its pictures
-PICTURE = 4_000_000  # characters of one picture
+PICTURE = 2_000_000  # characters of one picture
 SHOWN = ("image/png", "image/jpeg", "image/gif")
 _ATTACHED = re.compile(r"\]\(attachment:([^)\s]+)[^)]*\)")
 
