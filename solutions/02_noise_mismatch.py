@@ -432,7 +432,9 @@ print("passed")
 
 # %% id="grade-dark-random" tags=["hidden"] points=2 title="longest_dark: random maps"
 rng = exam.rng()
-exam.same(longest_dark, [(rng.poisson(0.7, n),) for n in (1, 10, 200, 1000)], "other runs")
+runs = [rng.poisson(0.7, n) for n in (1, 10, 200, 1000)]
+runs += [np.append(run, [0] * 20) for run in runs]  # dark at its end
+exam.same(longest_dark, [(run,) for run in runs], "other runs")
 print("passed")
 
 # %% id="grade-dark-edges" tags=["hidden"] points=1 title="longest_dark: at the ends, never, always"

@@ -1237,6 +1237,13 @@ for _ in range(12):
     P2 = P1 + rng.uniform(1.5, 3) * np.array([np.cos(o[2]), np.sin(o[2])])
     z1, z2 = (exam.right("h")[0](o, np.array([*P, 0])) for P in (P1, P2))
     pairs.append((P1, z1, P2, z2, 0.01))
+for k, apart in enumerate([*rng.uniform(0.5, 1, 4), *rng.uniform(0.033, 0.041, 3)]):  # west
+    o, r = anywhere(rng), rng.uniform(2, 3)
+    o[2] *= k < 5  # west is behind it, too
+    way = np.pi + apart * np.array([-0.5, 0.5])
+    P1, P2 = o[:2] + np.column_stack([np.cos(way), np.sin(way)]) * [[r], [r + 1.5]]
+    z1, z2 = (exam.right("h")[0](o, np.array([*P, 0])) for P in (P1, P2))
+    pairs.append((P1, z1, P2, z2, 0.01))
 exam.same(two_circles, pairs, "other observers")
 print("passed")
 
@@ -1276,7 +1283,7 @@ print("passed")
 values = []
 for k in range(6):
     log, told = watched(exam.rng(f"run {k}"), steps=150)
-    mine = exam.history(GroupEKF, log, **told, inflate=1.0)
+    mine = exam.same_run(GroupEKF, log, "over several runs", **told, inflate=1.0)
     values.append(nees_per_dimension(mine, log)[10:].mean())
 if not 0.3 < np.mean(values) < 2.0:
     exam.fail(

@@ -115,5 +115,9 @@ def _sandbox(args):
 
 def _build(args):
     from .authoring import build
+    from .exam import bite
 
-    return build.main(args.names, check=args.check, run=not args.no_run)
+    status = build.main(args.names, check=args.check, run=not args.no_run)
+    if status or args.no_run:
+        return status
+    return bite.main(build.ROOT, args.names, check=args.check)

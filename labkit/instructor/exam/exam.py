@@ -4,7 +4,6 @@ In the solution notebook the cells run on the solution itself; when a class is g
 on what stands for a student's objects, see `labkit.instructor.exam.kernel`.
 """
 
-import warnings
 import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,18 +13,18 @@ import numpy as np
 
 from ... import checks
 from ...checks import CheckError
-from ...checks.compare import gap_of, nearest
+from ...checks.compare import nearest
 from ...checks.feedback import FilterError
-from ...checks.trace import OddResultError, Stop, Trace, as_value, run
+from ...checks.trace import Stop, Trace, run
 from ...geometry import Array
-from ...history import START, History, make_filter, replay
+from ...history import START, History
 from ...log import Log
 from ...notebook.read import read
 from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
 from ..sandbox.channel import StudentCodeError, WorkerLostError
 from ..sandbox.proxy import Stand, Student
-from .runs import first_gap, how_far
+from .runs import apart, first_gap, how_far, replayed
 from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -33,6 +32,7 @@ OTHERS = (
     "Your answer is right for the numbers of the notebook's own check, but not for other numbers of the same kind. "
     "Does it use a fixed number where it should use its arguments or fields?"
 )
+TRIES = 20  # of a draw, before it is said that none will do
 INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
 
 
@@ -46,16 +46,20 @@ class Exam:
         if not (ROOT / "solutions" / f"{lab}.ipynb").is_file():
             raise CommandError(f"There is no solutions/{lab}.ipynb: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
+        self.attempt = 0  # how often this cell's draw was drawn again, see `labkit.instructor.exam.rehearsal`
         self.keep: Callable[..., None] = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
         forms = [right.form for check in self._definitions for right in check.right if right.other]
+        forms += [form for check in self._definitions for mistake in check.mistakes for form in mistake.forms]
         self._source = answers(read(ROOT / "solutions" / f"{lab}.ipynb"), forms)
         self._accepted: dict[str, list] = {}
+        self._wrong: dict[str, dict[str, Any]] = {}
 
     def rng(self, draw: str = "") -> np.random.Generator:
         """A random generator of this student's for this check; the same each time it is asked for."""
         words = [zlib.crc32(text.encode()) for text in (self.student, self.current, draw)]
-        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=words))
+        again = [self.attempt] if self.attempt else []
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=words + again))
 
     def right(self, name: str) -> list:
         """The accepted forms of the answer `name`: the solution's own first."""
@@ -70,6 +74,22 @@ class Exam:
             self._accepted[name] = [build(self._source, form, name) for form in [(), *others]]
         return self._accepted[name]
 
+    def forms(self, names: Sequence[str]) -> dict[str, dict[str, Any]]:
+        """{name: {'check: mistake 1': form}} of these answers: their known mistakes, in each of their forms."""
+        found: dict[str, dict[str, tuple[str, Any]]] = {name: {} for name in names}  # checks have mistakes in common
+        for check in (check for check in self._definitions if check.subject in names):
+            for mistake in check.mistakes:
+                for number, form in enumerate(mistake.forms, 1):
+                    found[check.subject].setdefault(repr(form), (f"{check.name}: {mistake.id} {number}", form))
+        return {name: dict(forms.values()) for name, forms in found.items()}
+
+    def wrong(self, name: str) -> dict[str, Any]:
+        """{'check: mistake 1': object}: the answer `name` in all known wrong forms."""
+        if name not in self._wrong:
+            forms = self.forms([name])[name].items()
+            self._wrong[name] = {id: build(self._source, form, name) for id, form in forms}
+        return self._wrong[name]
+
     def same(self, function: Callable | Stand, calls: Sequence[Sequence], what: str = "other inputs") -> None:
         """Fail unless `function` gives what the solution gives for each of `calls`, tuples of arguments.
 
@@ -79,7 +99,7 @@ class Exam:
         values = function.map(calls) if isinstance(function, Stand) else [function(*call) for call in calls]
         for number, (came, call) in enumerate(zip(values, calls), 1):
             where = f"call {number} of {len(calls)}"
-            gaps = [_apart(came, right(*call)) for right in self.right(name)]
+            gaps = [apart(came, right(*call)) for right in self.right(name)]
             if min(gaps) > 1:
                 self.fail(f"`{name}` gives another result for {what} ({where}).")
 
@@ -89,17 +109,17 @@ class Exam:
         record: a Log of any lab;  options: what `labkit.make_filter` takes for it.
         """
         mine = self.history(KF, record, **options)
-        gaps = [first_gap(mine, _run(right, record, options)) for right in self.right(KF.__name__)]
+        gaps = [first_gap(mine, replayed(right, record, options)) for right in self.right(KF.__name__)]
         if None not in gaps:
-            step, apart = max(filter(None, gaps))
+            step, far = max(filter(None, gaps))
             start = "from the start" if step == 0 else f"from step {step} of {len(record)} on"
-            self.fail(f"Your filter's estimate {what} differs from the right one {start}{how_far(apart)}.")
+            self.fail(f"Your filter's estimate {what} differs from the right one {start}{how_far(far)}.")
         return mine
 
     def history(self, KF: type | Stand, record: Any, secret: bool = True, **options: Any) -> History:
         """The History of a student's (or the solution's) filter class over a log; as `same_run`."""
         if not isinstance(KF, Stand):
-            return _run(KF, record, options)
+            return replayed(KF, record, options)
         mean, steps = np.shape(np.atleast_1d(options.get("x0", START))), len(record)
         size = int(np.prod(mean))
         x, P = (steps, *mean), (steps, size, size)
@@ -177,12 +197,8 @@ class Exam:
         return student.public
 
     def _judge_drawn(self, data, subject):
-        scenarios = [variant(s, self.rng(s["id"])) for s in data["scenarios"] if "advice" not in s]
-        others = {**data, "scenarios": scenarios}
-        for s in scenarios:
-            runs = [run(right, data["kind"], s) for right in self.right(data["subject"])]
-            s["right"] = [[trace.steps, None] for trace in runs if not trace.stop]
-        others["scenarios"] = [s for s in scenarios if s["right"]]
+        """Known mistakes failed in `_judge` already, whatever is drawn: this is for answers that know its numbers."""
+        others = {**data, "scenarios": [self._drawn(data, s) for s in data["scenarios"] if "advice" not in s]}
         try:
             traces = _traces(others, subject.observe(_inputs(others), secret=True))
         except CheckError:
@@ -191,11 +207,17 @@ class Exam:
         if wrong:
             self.fail(OTHERS)
 
-
-def _run(KF, record, options):
-    with warnings.catch_warnings():  # what is printed to stderr would fail the cell
-        warnings.simplefilter("ignore")
-        return replay(make_filter(KF, record, **options), record)
+    def _drawn(self, data, stored):
+        """A variant of a stored scenario, with what is right in it; drawn again where all that is right stops."""
+        for again in range(TRIES):
+            fresh = variant(stored, self.rng(f"{stored['id']} {again}" if again else stored["id"]))
+            runs = [run(right, data["kind"], fresh) for right in self.right(data["subject"])]
+            if right := [[trace.steps, None] for trace in runs if not trace.stop]:
+                return {**fresh, "right": right}
+        raise CommandError(
+            f"The solution stops in {TRIES} variants of '{stored['id']}' in the check '{data['name']}': give that "
+            "scenario, in solutions/checks, numbers that may be a little different."
+        )
 
 
 def _inputs(data):
@@ -223,14 +245,3 @@ def _trace(sent):
         call, kind, numbers, message = key
         stop = Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
     return Trace(steps, stop, str(sent["printed"]))
-
-
-def _apart(came, right):
-    """How far a result is from the right one, in tolerances."""
-    if isinstance(right, tuple):
-        fits = isinstance(came, tuple | list) and len(came) == len(right)
-        return max(map(_apart, came, right)) if fits else np.inf
-    try:
-        return gap_of(as_value(came, "the result"), as_value(right, "the result"))
-    except OddResultError:
-        return np.inf

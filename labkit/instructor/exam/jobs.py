@@ -13,6 +13,7 @@ from ..sandbox.launch import Sandbox
 from . import batch
 from .paper import Paper
 
+CHECK = ("id", "points", "hidden", "uses", "source", "must")  # what the kernel knows of a check cell
 LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
 
 
@@ -59,7 +60,7 @@ def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: st
         "subjects": paper.subjects,
         "time": room.time,
         "sandbox": {**room.way, "runtime": runtime},
-        "checks": [{"id": c.id, "points": c.points, "hidden": c.hidden, "uses": c.uses} for c in paper.cells],
+        "checks": [{key: getattr(c, key) for key in CHECK} for c in paper.cells],
         "given": given(paper),
         "students": [{"key": j.key, "cells": j.cells, "sources": j.sources, "files": j.files} for j in jobs],
     }

@@ -12,13 +12,15 @@ from ...notebook.read import Cell, NotebookError, read as read_notebook
 from ..authoring.spec import imports
 from ..records import Check, CommandError
 from .exam import ROOT
+from .record import recorded
 
 
 @dataclass(frozen=True)
 class CheckCell:
     """A cell that every student's code meets: a check, or (without points) the figure's.
 
-    printed: what it prints when it passes;  uses: those of the students' names that stand in it.
+    printed: what it prints when it passes;  uses: those of the students' names that stand in it;
+    must: the known mistakes that what it draws has to show, see `labkit.instructor.exam.bite`.
     """
 
     id: str
@@ -28,6 +30,7 @@ class CheckCell:
     source: str
     printed: str
     uses: tuple[str, ...]
+    must: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,8 @@ def read(lab: str, root: Path = ROOT) -> Paper:
     book, released = _books(lab, root)
     subjects = _subjects(book)
     setup = _setup(book)
-    cells = [_check_cell(cell, subjects) for cell in book if _is_check_cell(cell)]
+    found = recorded(root).get(lab, {})
+    cells = [_check_cell(cell, subjects, found.get(cell.id, {})) for cell in book if _is_check_cell(cell)]
     checks = [_check(cell, book) for cell in book if _points(cell) is not None]
     if not any(not check.hand for check in checks):
         raise CommandError(f"solutions/{lab}.ipynb has no check with points.")
@@ -114,10 +118,11 @@ def _subjects(book):
     return [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
 
 
-def _check_cell(cell, subjects):
+def _check_cell(cell, subjects, found):
     names = {node.id for node in ast.walk(ast.parse(cell.source)) if isinstance(node, ast.Name)}
     uses = tuple(name for name in subjects if name in names)
-    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses)
+    must = tuple(found.get("must", ()))
+    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses, must)
 
 
 def _check(cell, book):
@@ -155,5 +160,5 @@ def _question(book: Sequence[Cell], id: str) -> str:
 
 
 def _digest(setup, cells, released):
-    parts = [setup, [(c.id, c.source, c.printed, c.points) for c in cells], [c.source for c in released]]
+    parts = [setup, [(c.id, c.source, c.printed, c.points, c.must) for c in cells], [c.source for c in released]]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
