@@ -938,7 +938,9 @@ exam.figure(EKF, public, x0=public.truth[0], P0=START, noise=public.noise.told()
 # %% id="grade-motion" tags=["hidden"] points=1 title="motion: in all directions"
 rng = exam.rng()
 calls = [(x, rng.uniform(-1, 1, 3)) for x in poses(rng)]
-calls += [(np.array([5.0, -5.0, s * 3.1]), np.array([*rng.uniform(0, 1, 2), s])) for s in (-1, 1)]
+calls += [
+    (np.array([5.0, -5.0, s * 3.1]), np.array([*rng.uniform(0, 1, 2), s])) for s in (-1, 1)
+]
 exam.same(motion, calls, "other poses")
 print("passed")
 
