@@ -1,7 +1,8 @@
 """The options of the instructors' commands, each with the function that runs it."""
 
 import argparse
-from datetime import datetime
+import re
+from datetime import date, datetime, time
 from typing import Any
 
 
@@ -49,7 +50,7 @@ def _add_rules(one):
         default="newest",
         help="which of several hand-ins counts (default: newest)",
     )
-    rules.add_argument("--due", type=_time, metavar="WHEN", help="such as 2026-11-20T23:59, local time; later is late")
+    rules.add_argument("--due", type=_time, metavar="WHEN", help="such as 2026-11-20T23:59, local time, or a date")
     rules.add_argument(
         "--late",
         choices=["count", "ignore"],
@@ -82,10 +83,15 @@ def _add_machine(one):
 
 
 def _time(text):
+    """`text` as local time without a zone, as the times of files are; a date alone means the end of that day."""
     try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time such as 2026-11-20T23:59") from None
+        if re.fullmatch(r"\d{4}-\d\d-\d\d", text.strip()):
+            return datetime.combine(date.fromisoformat(text.strip()), time.max)
+        when = datetime.fromisoformat(text.strip())
+        return when.astimezone().replace(tzinfo=None) if when.tzinfo else when
+    except (ValueError, OverflowError, OSError):
+        known = "write 2026-11-20T23:59, or 2026-11-20 for the end of that day"
+        raise argparse.ArgumentTypeError(f"{text!r} is no time: {known}") from None
 
 
 def _positive(text):

@@ -1,7 +1,8 @@
 """Which of a student's attempts counts, read and made ready to be graded."""
 
+import hashlib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import groupby
 
@@ -33,7 +34,7 @@ class Rules:
 class HandIn:
     """An attempt that can be graded.
 
-    digest  SHA-256 of the file, in hexadecimal.
+    digest  SHA-256 of the file, and of those beside it if there are any, in hexadecimal.
     notes   sentences for the student and the instructor on what was chosen or is odd.
     """
 
@@ -42,6 +43,7 @@ class HandIn:
     late: bool
     work: Work
     notes: list[str]
+    files: dict[str, bytes] = field(default_factory=dict)  # beside the notebook, by relative path
 
 
 def hand_ins(
@@ -88,4 +90,13 @@ def _hand_in(submissions, entry, released, told, late):
     cells, digest = submissions.read(entry)
     work = assemble(released, cells)
     notes = [*entry.notes, *work.notes, *told, *["Handed in late."] * late]
-    return HandIn(entry, digest, late, work, notes)
+    files = submissions.beside(entry)
+    return HandIn(entry, _digest(digest, files), late, work, notes, files)
+
+
+def _digest(digest, files):
+    """One digest of a notebook's and of the files beside it; the notebook's own where there are none."""
+    if not files:
+        return digest
+    parts = [digest, *(f"{hashlib.sha256(raw).hexdigest()} {name}" for name, raw in sorted(files.items()))]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()

@@ -5,13 +5,14 @@ Which of a student's attempts counts is decided in `attempts`.
 """
 
 import hashlib
+import re
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Self
 
 from ...notebook.read import Cell
-from ..records import CommandError
+from ..records import CommandError, HandInError
 from .archive import open_archive
 from .handin import read_cells
 from .listing import Member
@@ -19,6 +20,8 @@ from .names import listed, several, shorten
 from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
 
 ARCHIVES = (".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz")
+MAX_BESIDE, MAX_BESIDE_BYTES = 50, 5_000_000  # files beside a notebook, and bytes of them in all
+NOT_THEIRS = {"site-packages", "node_modules", "venv", "env", "labkit"}  # installed or given out, not written
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,7 @@ class Entry:
     when        time of the file, local, or None; None for Canvas, which writes the time of the download.
     late        the LMS itself says so.
     notes       sentences on what is odd.
+    apart       whether the folder that it is in is its student's own.
     """
 
     student: str
@@ -40,6 +44,7 @@ class Entry:
     late: bool
     notes: tuple[str, ...]
     member: Member
+    apart: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,33 @@ class Submissions:
         raw = self._archive.read(entry.member)
         return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 
+    def beside(self, entry: Entry) -> dict[str, bytes]:
+        """{relative path with '/': content} of the files that its student handed in beside an entry's notebook.
+
+        Other notebooks, installed packages and what cannot be read are left out, and so is what comes, by depth and
+        name, after 50 files or goes beyond 5 MB. {} where the notebook's folder is the whole class's.
+        """
+        home = entry.member.parts[:-1]
+        if not entry.apart:
+            return {}
+        inside = [(m.parts[len(home) :], m) for m in self._archive.members if m.parts[: len(home)] == home]
+        installed = [parts[:-1] for parts, _ in inside if parts[-1:] == ("pyvenv.cfg",)]
+        found: dict[str, bytes] = {}
+        left = MAX_BESIDE_BYTES
+        for parts, member in sorted(inside, key=lambda pair: (len(pair[0]), pair[0])):
+            if len(found) == MAX_BESIDE:
+                break
+            if member.size > left or not _theirs(parts, member) or any(parts[: len(v)] == v for v in installed):
+                continue
+            try:
+                raw = self._archive.read(member)
+            except HandInError:
+                continue
+            if len(raw) <= left:
+                found["/".join(parts)] = raw
+                left -= len(raw)
+        return found
+
     def _entry(self, student, identifier, pair, lab, twice):
         owner, member = pair
         notes = [] if is_lab(owner.name, lab) else [f"The notebook is named {shorten(owner.name)}, not {lab}.ipynb."]
@@ -120,6 +152,7 @@ class Submissions:
             owner.late,
             tuple(notes),
             member,
+            owner.apart,
         )
 
     def _source(self, path):
@@ -133,6 +166,7 @@ class Submissions:
             if not owner:
                 strays.append(member.path)
                 continue
+            owner.apart = len(parts) > 1
             own = students.setdefault((owner.student, owner.identifier), _Student(member.path))
             own.top = "/".join(member.parts[: len(member.parts) - len(parts) + 1])
             if len(parts) > 1 + MAX_DEPTH:
@@ -181,6 +215,14 @@ def _choose(files, lab):
     else:
         reason = f"There is no file: {wanted}"
     return [], reason, []
+
+
+def _theirs(parts, member):
+    """Whether a student may have written it for the notebook to use, under a name that is safe everywhere."""
+    if not parts or member.folder or member.wrong or any(is_notebook(part) for part in parts):
+        return False
+    odd = any(re.search(r'[\\:*?"<>|\ufffd]', part) for part in parts)
+    return not odd and not any(part.lower() in NOT_THEIRS for part in parts[:-1])
 
 
 def _wrong(member):

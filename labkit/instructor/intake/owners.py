@@ -31,6 +31,7 @@ class Owner:
     typed: bool = False
     upload: int = 0
     canvas: bool = False
+    apart: bool = False  # in a folder of the student's own
 
 
 def unwrapped(members: Sequence[Member], lab: str) -> list[tuple[tuple[str, ...], Member]]:

@@ -637,3 +637,31 @@ def test_cells_can_be_written_as_utf_8(tmp_path):
     (found,), _, _ = collected(packed(tmp_path, {f"ada/{NB}": raw}))
     assert found.work.cells[-1]["source"] == "x = '?'" and found.work.cells[-1]["id"] == ""
     assert found.digest == hashlib.sha256(raw).hexdigest()
+
+
+@pytest.mark.parametrize("make", [packed, laid])
+def test_files_beside_a_notebook_come_with_it(tmp_path, make):
+    top = f"{A_FILE}/work"
+    theirs = {"kf.py": b"x = 1", "data/run.csv": b"1,2"}
+    others = (
+        *(".hidden.py", ".ipynb_checkpoints/a.py", "__pycache__/a.pyc", "my/pyvenv.cfg", "my/lib/a.py", "venv/a.py"),
+        *("notes.ipynb", "labkit/log.py"),
+    )
+    files = {f"{top}/{name}": raw for name, raw in theirs.items()} | {f"{top}/{name}": b"no" for name in others}
+    files |= {f"{top}/{NB}": BOOK, "__MACOSX/a.py": b"no", f"Bob_9_assignsubmission_file_/{NB}": BOOK}
+    ada, bob = sorted(collected(make(tmp_path, files))[0], key=lambda found: found.entry.student)[:2]
+    assert ada.files == theirs and bob.files == {} and bob.digest == hashlib.sha256(BOOK).hexdigest()
+    changed = make(tmp_path, files | {f"{top}/kf.py": b"x = 2"})
+    anew = next(h for h in collected(changed, Rules())[0] if h.entry.student == ada.entry.student)
+    assert anew.digest != ada.digest
+
+
+def test_files_of_the_whole_class_are_nobodys(tmp_path):
+    good, _, _ = collected(packed(tmp_path, {"ada.ipynb": BOOK, "bob.ipynb": BOOK, "kf.py": b"x"}))
+    assert [found.files for found in good] == [{}, {}]
+
+
+def test_files_beside_a_notebook_have_their_limits(tmp_path):
+    many = {f"ada/{n:03}.py": b"x" for n in range(60)} | {"ada/a.bin": b"x" * 5_000_001, f"ada/{NB}": BOOK}
+    (found,) = collected(packed(tmp_path, many))[0]
+    assert sorted(found.files) == [f"{n:03}.py" for n in range(50)]
