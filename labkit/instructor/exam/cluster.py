@@ -9,6 +9,8 @@ from . import paper
 from .jobs import Job, Room, batches
 from .pool import Local, News
 
+ANSWER = 20  # seconds that a scheduler may take to answer
+
 
 def remote(room: Room, jobs: Sequence[Job], address: str) -> Iterator[News]:
     """Grade on the cluster whose scheduler is at `address`; yields as Local.grade does.
@@ -22,7 +24,7 @@ def remote(room: Room, jobs: Sequence[Job], address: str) -> Iterator[News]:
             "--scheduler needs the package distributed: pip install 'robot-localization-labkit[cluster]'."
         ) from None
     try:
-        client = Client(address, timeout="20s", set_as_default=False)
+        client = Client(address, timeout=f"{ANSWER}s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise CommandError(f"No Dask scheduler answers at {address} ({error}).") from None
     with client:
