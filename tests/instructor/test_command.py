@@ -302,6 +302,13 @@ def test_cells_that_were_changed_moved_or_lost(tmp_path):
             ),
         ),
     )
+    handed_in(
+        "own module",
+        lambda cells: find(cells, "answer-kf").update(
+            source="import my_hand\n" + find(cells, "answer-kf")["source"].replace("np.array(x0", "my_hand.kept(x0")
+        ),
+    )
+    (tmp_path / "class" / "own module" / "my_hand.py").write_text("from numpy import array as kept\n", encoding="utf-8")
     handed_in("hidden check copied", lambda cells: cells.append(code("exam.same = print", "grade-stack")))
     grade(tmp_path / "class", "--out", tmp_path / "out")
     got = points(tmp_path / "out")

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from itertools import groupby
 
@@ -43,7 +43,6 @@ class HandIn:
     late: bool
     work: Work
     notes: list[str]
-    files: dict[str, bytes] = field(default_factory=dict)  # beside the notebook, by relative path
 
 
 def hand_ins(
@@ -88,10 +87,10 @@ def _in_order(entries, rules):
 
 def _hand_in(submissions, entry, released, told, late):
     cells, digest = submissions.read(entry)
-    work = assemble(released, cells)
-    notes = [*entry.notes, *work.notes, *told, *["Handed in late."] * late]
     files = submissions.beside(entry)
-    return HandIn(entry, _digest(digest, files), late, work, notes, files)
+    work = assemble(released, cells, files)
+    notes = [*entry.notes, *work.notes, *told, *["Handed in late."] * late]
+    return HandIn(entry, _digest(digest, files), late, work, notes)
 
 
 def _digest(digest, files):

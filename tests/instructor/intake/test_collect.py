@@ -650,7 +650,7 @@ def test_files_beside_a_notebook_come_with_it(tmp_path, make):
     files = {f"{top}/{name}": raw for name, raw in theirs.items()} | {f"{top}/{name}": b"no" for name in others}
     files |= {f"{top}/{NB}": BOOK, "__MACOSX/a.py": b"no", f"Bob_9_assignsubmission_file_/{NB}": BOOK}
     ada, bob = sorted(collected(make(tmp_path, files))[0], key=lambda found: found.entry.student)[:2]
-    assert ada.files == theirs and bob.files == {} and bob.digest == hashlib.sha256(BOOK).hexdigest()
+    assert ada.work.files == theirs and bob.work.files == {} and bob.digest == hashlib.sha256(BOOK).hexdigest()
     changed = make(tmp_path, files | {f"{top}/kf.py": b"x = 2"})
     anew = next(h for h in collected(changed, Rules())[0] if h.entry.student == ada.entry.student)
     assert anew.digest != ada.digest
@@ -658,10 +658,10 @@ def test_files_beside_a_notebook_come_with_it(tmp_path, make):
 
 def test_files_of_the_whole_class_are_nobodys(tmp_path):
     good, _, _ = collected(packed(tmp_path, {"ada.ipynb": BOOK, "bob.ipynb": BOOK, "kf.py": b"x"}))
-    assert [found.files for found in good] == [{}, {}]
+    assert [found.work.files for found in good] == [{}, {}]
 
 
 def test_files_beside_a_notebook_have_their_limits(tmp_path):
     many = {f"ada/{n:03}.py": b"x" for n in range(60)} | {"ada/a.bin": b"x" * 5_000_001, f"ada/{NB}": BOOK}
     (found,) = collected(packed(tmp_path, many))[0]
-    assert sorted(found.files) == [f"{n:03}.py" for n in range(50)]
+    assert sorted(found.work.files) == [f"{n:03}.py" for n in range(50)]
