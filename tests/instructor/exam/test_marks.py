@@ -12,7 +12,6 @@ from labkit import Robot, make_filter, random_map, replay, simulate
 from labkit.checks import CheckError
 from labkit.checks.feedback import FilterError
 from labkit.instructor.authoring.build import ROOT
-from labkit.instructor.authoring.spec import definitions
 from labkit.instructor.exam import jobs as jobs_of, paper, pool
 from labkit.instructor.exam.exam import Exam
 from labkit.instructor.exam.runs import how_far
@@ -23,7 +22,8 @@ from labkit.instructor.sandbox.launch import make_runtime
 from labkit.notebook.read import cells_of
 from labkit.team import TeamNoise, scenarios
 
-from helpers.classroom import answers, blank, cell_is_code, filled, usable
+from helpers.classroom import filled, usable
+from helpers.forms import forms, in_notebook
 from helpers.inside import examine
 from helpers.reference import LABS
 
@@ -58,27 +58,6 @@ def marks(box):
             return found
 
         yield grade
-
-
-def forms(lab, what):
-    """{id: form} of all right forms or mistakes of a lab that are edits of the answer cells, or code behind them."""
-    found = {}
-    for check in definitions(ROOT):
-        if check.lab == lab:
-            for item in getattr(check, what):
-                for n, form in enumerate(item.forms if what == "mistakes" else [item.form]):
-                    found[f"{check.name} {item.id} {n}"] = (check.subject, form)
-    return found
-
-
-def in_notebook(lab, subject, form):
-    """A notebook with a form of the solution; None if it cannot be made of edits in the answer cells."""
-    if usable(lab, form):
-        return filled(lab, form)
-    if isinstance(form, str):
-        holder = next(id for id, s in answers(lab).items() if cell_is_code(blank(lab), id) and f" {subject}" in s)
-        return filled(lab, **{holder.replace("-", "_"): f"{answers(lab)[holder]}\n\n{form}"})
-    return None
 
 
 @pytest.mark.slow
