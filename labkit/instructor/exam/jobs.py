@@ -46,9 +46,8 @@ class Room:
 
 
 def batches(jobs: Sequence[Job], workers: int) -> list[Sequence[Job]]:
-    """Lists of jobs: two rounds for each of several workers, so that they end together; none above LARGEST."""
-    rounds = 1 if workers == 1 else 2
-    size = max(1, min(LARGEST, -(-len(jobs) // (rounds * workers))))
+    """Lists of jobs, as many for each worker, none above LARGEST: each costs the start of a kernel."""
+    size = max(1, min(LARGEST, -(-len(jobs) // workers)))
     return [jobs[i : i + size] for i in range(0, len(jobs), size)]
 
 

@@ -35,7 +35,7 @@ class Batch:
         self.sandbox = Sandbox(**batch["sandbox"])
         self.number: int | None = None  # of the student whose turn it is
         self.student: Student | None = None
-        self.spare: Channel | None = None
+        self.spare: Channel | None = Channel(self.sandbox, self.time["total"])  # it imports while this kernel does
         self.check: str | None = None  # the cell that runs
         self.stopped = 0  # how often the student's time was up before it
         exam.seed, exam.keep = batch["seed"], self.keep

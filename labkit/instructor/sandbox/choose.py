@@ -4,13 +4,16 @@ import argparse
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
 
 from ..records import CommandError
 from . import levels, probe
 from .launch import Sandbox, make_runtime
 
+CLOSED = 3  # the level from which a sandbox is closed
 
-def look() -> list[levels.Found]:
+
+def look() -> Iterator[levels.Found]:
     """What levels.find finds on this machine, the best first. Raises CommandError on Windows."""
     if os.name == "nt":
         raise CommandError(
@@ -18,14 +21,16 @@ def look() -> list[levels.Found]:
         )
     with tempfile.TemporaryDirectory(prefix="labkit-") as folder:
         os.chmod(folder, 0o711)
-        return levels.find(make_runtime(os.path.join(folder, "runtime")))
+        yield from levels.find(make_runtime(os.path.join(folder, "runtime")))
 
 
 def choose(args: argparse.Namespace) -> Sandbox:
     """The best Sandbox of this machine that the options allow; says which. Raises CommandError if there is none."""
-    found = [f.sandbox for f in look() if f.sandbox]
-    if args.level is not None:
-        found = [sandbox for sandbox in found if sandbox.level <= args.level]
+    most, found = 4 if args.level is None else args.level, []
+    for one in look():
+        found += [one.sandbox] if one.sandbox and one.sandbox.level <= most else []
+        if found and found[-1].level >= min(most, CLOSED):  # no other way is more closed
+            break
     if not found:
         raise CommandError("No sandbox can be used here: `labkit sandbox` tells why.")
     best = max(found, key=lambda sandbox: sandbox.level)
@@ -49,7 +54,7 @@ def choose(args: argparse.Namespace) -> Sandbox:
 def table() -> int:
     """Print what each way of shutting code in keeps; exit status 0 if there is a level of 2 or more, else 1."""
     try:
-        found = look()
+        found = list(look())
     except CommandError as problem:
         print(f"labkit sandbox: {problem}", file=sys.stderr)
         return 2

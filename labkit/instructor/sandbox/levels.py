@@ -5,6 +5,7 @@ import shutil
 import socket
 import sys
 import tempfile
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,8 +34,8 @@ class Found:
     why: str = ""
 
 
-def find(runtime: str) -> list[Found]:
-    """A Found for each way, the best first. runtime: see launch.make_runtime."""
+def find(runtime: str) -> Iterator[Found]:
+    """A Found for each way, the best first, tried when it is asked for. runtime: see launch.make_runtime."""
     can = usable()
     ways: list[tuple[str, Sandbox | None, str]] = []
     if shutil.which("bwrap"):
@@ -48,7 +49,7 @@ def find(runtime: str) -> list[Found]:
     else:
         ways.append(("landlock", None, "this kernel or its Python package landlock is missing"))
     ways.append(("limits only", Sandbox("limits", runtime), ""))
-    return [_found(name, sandbox, why) for name, sandbox, why in ways]
+    yield from (_found(name, sandbox, why) for name, sandbox, why in ways)
 
 
 def _found(name, sandbox, why):
