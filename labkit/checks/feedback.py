@@ -11,7 +11,7 @@ import tomllib
 from pathlib import Path
 from types import FrameType
 
-LEFT_OVER = "The line `raise NotImplementedError` still stands below your code: delete it."
+LEFT_OVER = "The line `raise NotImplementedError` still stands below your code: delete it when that is complete."
 TO_WRITE = "This part is still to be written: replace the `raise NotImplementedError`."
 STOPPED = "It was still running when it was stopped: does a loop never end?"
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -115,7 +115,7 @@ def sentence(error: BaseException) -> str:
     if isinstance(error, KeyboardInterrupt):
         return STOPPED
     if isinstance(error, NotImplementedError):
-        return LEFT_OVER if _is_left_over(error) else str(error) or TO_WRITE
+        return LEFT_OVER if "still to be written" in str(error) and _is_left_over(error) else str(error) or TO_WRITE
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
     if isinstance(error, ValueError) and re.search(r"block_diag\([^*,()]+\)", _own_lines(error)):
         return f"{name}.\n`block_diag` takes blocks one by one: `block_diag(*blocks)`, with a star before the list."

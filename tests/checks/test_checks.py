@@ -178,7 +178,7 @@ def test_exceptions_get_advice_and_the_students_own_line(old, new, kind, advice)
 
 NAMES = [
     ("self.map.index", "map.index", "range-bearing-kf", "yours is `self.map`"),
-    ("p = len(y)", "p = len(y); stack(y, self.map, self.xk_k)", "range-bearing-kf", "written in lab 1's notebook"),
+    ("p = len(y)", "p = len(y); stack(y, self.map, self.xk_k)", "range-bearing-kf", "function is an answer of lab 1"),
     ("self.map[self.map.index(lm)]", "self.map[lm.id + 9]", "range-bearing-kf", "a landmark's id is its name"),
     ("return longest", "return count[99]", "mismatch-dark", "positions count from 0"),
 ]

@@ -101,7 +101,7 @@ def test_a_stub_left_below_right_code_is_named_with_its_line(tmp_path, capsys):
     )
     status, out, _ = run(capsys, save(tmp_path / "a.ipynb", released(LAB1, edit)))
     assert status == 1 and out[1].endswith(
-        "The line `raise NotImplementedError` still stands below your code: delete it."
+        "The line `raise NotImplementedError` still stands below your code: delete it when that is complete."
     )
     assert "cell 'answer-repeat', in repeat_R, line 5:  raise NotImplementedError" in out[2]
 

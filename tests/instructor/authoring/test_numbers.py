@@ -23,7 +23,14 @@ def test_what_is_zero_but_for_rounding_is_stored_as_zero():
 def test_a_file_whose_numbers_are_alike_is_left_alone(tmp_path, monkeypatch):
     def write(**values):
         made = {
-            name: {"name": name, "subject": "f", "kind": "function", "scenarios": [{"right": value}], "mistakes": []}
+            name: {
+                "name": name,
+                "lab": "01_x",
+                "subject": "f",
+                "kind": "function",
+                "scenarios": [{"right": value}],
+                "mistakes": [],
+            }
             for name, value in values.items()
         }
         monkeypatch.setattr(numbers, "generate", lambda root: made)
