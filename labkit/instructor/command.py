@@ -18,6 +18,7 @@ from .intake.collect import Submissions, Unfit
 from .records import CommandError
 from .report import hand_marks
 from .report.gradebook import Gradebook
+from .report.moodle_times import dated
 from .report.names import labels
 from .sandbox.choose import choose
 from .sandbox.launch import Sandbox
@@ -133,6 +134,8 @@ def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Name
             "Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else ".")
         )
     book.retry(paper.lab)
+    entries, told = dated(entries, args.moodle, Path(args.submissions).name, args.due)
+    notes += told
     rules = Rules(args.attempts, args.due, args.late == "count")
     jobs, older = [], 0
     for found in hand_ins(submissions, entries, paper.released, rules):
@@ -162,7 +165,7 @@ def _enter(book, paper, found, anew):
         source = entry.source
         id = book.add(*about, source, found.digest, paper.digest, entry.when, found.late, found.notes, work.answers)
         done = False
-    book.choose(id, found.notes, found.late)
+    book.choose(id, found.notes, found.late, entry.when)
     if done:
         return None, graded_by != paper.digest
     key = f"{entry.student}\n{entry.identifier}"

@@ -17,7 +17,7 @@ from labkit.instructor.report.tables import GRADES
 
 from helpers.classroom import LAB, as_file, filled
 
-NEWEST = {"attempts": "newest", "due": None, "late": "count", "regrade": None}
+NEWEST = {"attempts": "newest", "due": None, "late": "count", "regrade": None, "moodle": None, "submissions": "class"}
 
 
 def registered(folder, **rules):

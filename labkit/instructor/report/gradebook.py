@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..records import BLANK, BY_HAND, ERROR, NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
+from ..records import ERROR, Check, Mark, Result
+from .marks import mark_of
 from .schema import connect
-from .texts import is_blank
 
 
 class Gradebook:
@@ -93,7 +93,7 @@ class Gradebook:
         with self:
             self.db.executemany("UPDATE submission SET level = ? WHERE id = ?", [(level, id) for id in ids])
 
-    def choose(self, id: int, notes: Sequence[str], late: bool) -> None:
+    def choose(self, id: int, notes: Sequence[str], late: bool, when: datetime | None = None) -> None:
         """Let this submission be the one that counts for its student and lab; the others are history."""
         with self:
             self.db.execute(
@@ -101,8 +101,10 @@ class Gradebook:
                 "n.lab = submission.lab AND n.student = submission.student AND n.identifier = submission.identifier)",
                 (id,),
             )
-            now = (json.dumps(notes), int(late), id)
-            self.db.execute("UPDATE submission SET current = 1, notes = ?, late = ? WHERE id = ?", now)
+            now = (
+                "UPDATE submission SET current = 1, notes = ?, late = ?, handed_in = ifnull(?, handed_in) WHERE id = ?"
+            )
+            self.db.execute(now, (json.dumps(notes), int(late), when and when.isoformat(), id))
 
     def choose_best(self, lab: str) -> None:
         """Let each student's submission with the most points count, of those that could be graded."""
@@ -206,7 +208,7 @@ class Gradebook:
         result.answers = json.loads(answers)
         if not problem:
             given, hand = self._given(id), self._hand(lab, student, identifier)
-            result.marks = [_mark(check, given, hand, result) for check in self.checks(lab, paper)]
+            result.marks = [mark_of(check, given, hand, result) for check in self.checks(lab, paper)]
         return result
 
     def _given(self, id: int) -> dict[str, tuple]:
@@ -226,24 +228,6 @@ class Gradebook:
             return {}
         with np.load(io.BytesIO(rows[0][0]), allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
-
-
-def _mark(check: Check, given: Mapping[str, tuple], hand: Mapping[str, tuple], result: Result) -> Mark:
-    """The mark that counts: a person's before that of a run."""
-    if check.id in hand:
-        points, reason, answer = hand[check.id]
-        if answer != result.answers.get(check.id):
-            reason = f"{reason} (The answer has changed since it was marked.)".strip()
-        return Mark(check.id, points, check.points, BY_HAND, reason)
-    if check.hand:
-        blank = is_blank(result.answers.get(check.id, ""))
-        return Mark(check.id, 0.0 if blank else None, check.points, BLANK if blank else OPEN)
-    if check.id not in given:
-        return Mark(check.id, 0.0, check.points, NOT_RUN, "Not graded yet.")
-    points, status, reason, lines, mistake = given[check.id]
-    if result.level == 0:
-        reason = f"{reason} {UNSHUT}".strip()
-    return Mark(check.id, points, check.points, status, reason, tuple(json.loads(lines)), mistake)
 
 
 def _now() -> str:

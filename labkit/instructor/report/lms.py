@@ -16,11 +16,15 @@ from .texts import listed, number, plain
 
 
 class Row(NamedTuple):
-    """Whose a row of the table is, and why it must stay as it is, or ''."""
+    """Whose a row of the table is, and why it must stay as it is, or ''.
+
+    others: what else it says, by `name_key`; a group's name is among these, in whichever column.
+    """
 
     identifier: str
     name: str
-    stay: str
+    stay: str = ""
+    others: frozenset[tuple[str, ...]] = frozenset()
 
 
 def fill(
@@ -29,13 +33,15 @@ def fill(
     """Put each result into its row and return the report, a list of sentences.
 
     rows: {index: Row};  put(index, result) returns what it replaced. A result with written answers to be read is
-    left out unless `partial`.
+    left out unless `partial`; what a group handed in goes to each of its members.
     """
-    names, (of, unclear) = labels(results), _match(rows, results)
+    names, (of, unclear) = labels(results), match(rows, results)
+    shared = {at for at, count in Counter(of.values()).items() if count > 1}
     filled, replaced, held, failed = [], [], [], []
     stays: dict[str, list[str]] = {}  # reason: names of the rows
     for row, at in of.items():
-        result, name, stay = results[at], names[at], rows[row].stay
+        result, stay = results[at], rows[row].stay
+        name = f"{rows[row].name or rows[row].identifier} ({names[at]})" if at in shared else names[at]
         if stay:
             stays.setdefault(stay, []).append(name)
         elif result.problem:
@@ -63,10 +69,14 @@ def fill(
     return report + [sentence.format(f"{len(who)} ({listed(who)})") for sentence, who in told if who]
 
 
-def _match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int, int], list[int]]:
-    """({row: index of its result}, indices of results that may be several rows' or share one)."""
+def match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int, int], list[int]]:
+    """({row: index of its result}, indices of results that may be several rows' or share one).
+
+    A result under the name of a group is each member's who has none of their own.
+    """
     of: dict[int, int] = {}
     unclear: set[int] = set()
+    members = _members(rows, results)
     for in_result, in_row in (
         (lambda result: _digits(result.identifier), lambda row: _digits(row.identifier)),
         (lambda result: name_key(result.student), lambda row: name_key(row.name)),
@@ -78,11 +88,32 @@ def _match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int
         for at, key in enumerate(ours):
             if not key or key not in places or at in of.values():
                 continue
+            if at in members and not set(places[key]) <= set(members[at]):
+                continue  # a group's number may be that of someone else
             if many[key] > 1 or len(places[key]) > 1 or places[key][0] in of:
                 unclear.add(at)
             else:
                 of[places[key][0]] = at
+    alike = Counter(name_key(results[at].student) for at in members)
+    for at, places_of in members.items():
+        free = [place for place in places_of if place not in of]
+        if alike[name_key(results[at].student)] == 1:
+            of.update(dict.fromkeys(free, at))
+        elif free and at not in of.values():
+            unclear.add(at)
     return of, sorted(unclear - set(of.values()))
+
+
+def _members(rows: Mapping[int, Row], results: Sequence[Result]) -> dict[int, list[int]]:
+    """{index of a result: the rows that say its student's name in another column than that of names}."""
+    people = {name_key(row.name) for row in rows.values()}
+    found = {}
+    for at, result in enumerate(results):
+        key = name_key(result.student)
+        places = [place for place, row in rows.items() if key in row.others]
+        if key and key not in people and places:
+            found[at] = places
+    return found
 
 
 def put_grade(sheet: Sheet, row: int, column: int, result: Result, most: float, comma: bool) -> list[str]:

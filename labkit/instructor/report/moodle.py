@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..records import BLANK, BY_HAND, CommandError, Result
-from .lms import Row, decimal_comma, fill, fold, one_lab, only, put_grade
+from .lms import Row, decimal_comma, fill, fold, name_key, one_lab, only, put_grade
 from .sheet import Sheet
 from .texts import clean, final, guard, listed, number, plain
 
@@ -68,6 +68,21 @@ def fill_moodle(
     return report
 
 
+def rows_of(sheet: Sheet) -> dict[int, Row]:
+    """{index: whose it is} of the rows of a worksheet. Raises CommandError if its columns cannot be told."""
+    return _rows(sheet, _columns(sheet, None, None))
+
+
+def _rows(sheet: Sheet, column: Columns) -> dict[int, Row]:
+    known = [place for place in column.values() if place is not None]
+    rows = {}
+    for i in sheet.body():
+        number, name = (sheet.cell(i, c) if (c := column[of]) is not None else "" for of in ("identifier", "name"))
+        others = (name_key(sheet.cell(i, c)) for c in range(len(sheet.header)) if c not in known)
+        rows[i] = Row(number, name, "", frozenset(key for key in others if key))
+    return rows
+
+
 class _Worksheet:
     """A sheet whose columns are known. Raises CommandError if they cannot be told."""
 
@@ -78,7 +93,7 @@ class _Worksheet:
 
     def rows(self) -> dict[int, Row]:
         """Whose each row is; locked ones must stay."""
-        return {i: Row(self.cell(i, "identifier"), self.cell(i, "name"), self._locked(i)) for i in self.sheet.body()}
+        return {i: row._replace(stay=self._locked(i)) for i, row in _rows(self.sheet, self.column).items()}
 
     def cell(self, index: int, name: str) -> str:
         """The text in a row's column `name`, '' if the sheet has none."""

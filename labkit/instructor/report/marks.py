@@ -1,0 +1,25 @@
+"""Which mark counts of those that the gradebook holds for one check."""
+
+import json
+from collections.abc import Mapping
+
+from ..records import BLANK, BY_HAND, NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
+from .texts import is_blank
+
+
+def mark_of(check: Check, given: Mapping[str, tuple], hand: Mapping[str, tuple], result: Result) -> Mark:
+    """The mark that counts: a person's before that of a run."""
+    if check.id in hand:
+        points, reason, answer = hand[check.id]
+        if answer != result.answers.get(check.id):
+            reason = f"{reason} (The answer has changed since it was marked.)".strip()
+        return Mark(check.id, points, check.points, BY_HAND, reason)
+    if check.hand:
+        blank = is_blank(result.answers.get(check.id, ""))
+        return Mark(check.id, 0.0 if blank else None, check.points, BLANK if blank else OPEN)
+    if check.id not in given:
+        return Mark(check.id, 0.0, check.points, NOT_RUN, "Not graded yet.")
+    points, status, reason, lines, mistake = given[check.id]
+    if result.level == 0:
+        reason = f"{reason} {UNSHUT}".strip()
+    return Mark(check.id, points, check.points, status, reason, tuple(json.loads(lines)), mistake)
