@@ -7,7 +7,6 @@ from functools import cache
 
 from labkit.instructor.exam import paper
 from labkit.instructor.exam.jobs import given
-from labkit.instructor.exam.rehearsal import settle
 from labkit.instructor.intake.submission import assemble
 from labkit.instructor.sandbox import wire
 from labkit.instructor.sandbox.channel import Channel
@@ -70,7 +69,7 @@ def examine(lab, book, key="Ada", seed=1, only=None):
     for cell in (cell for cell in sheet.cells if cell.points is not None and (only is None or cell.id in only)):
         exam.current, said = cell.id, io.StringIO()
         try:
-            settle(exam, cell.source, names, cell.uses, cell.must)
+            exam.deal(cell.draws)
             used = {name: student.find(name) for name in cell.uses}
             with redirect_stdout(said):
                 exec(cell.source, {**names, **used})

@@ -46,7 +46,7 @@ class Exam:
         if not (ROOT / "solutions" / f"{lab}.ipynb").is_file():
             raise CommandError(f"There is no solutions/{lab}.ipynb: grading needs the full kit, not the students' one.")
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
-        self.attempt = 0  # how often this cell's draw was drawn again, see `labkit.instructor.exam.rehearsal`
+        self.place: int | None = None  # which of the draws that `labkit build` found good, None for the student's own
         self.keep: Callable[..., None] = lambda **arrays: None  # where the figure's data go
         self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
         forms = [right.form for check in self._definitions for right in check.right if right.other]
@@ -57,9 +57,14 @@ class Exam:
 
     def rng(self, draw: str = "") -> np.random.Generator:
         """A random generator of this student's for this check; the same each time it is asked for."""
-        words = [zlib.crc32(text.encode()) for text in (self.student, self.current, draw)]
-        again = [self.attempt] if self.attempt else []
-        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=words + again))
+        who, seed = (self.student, self.seed) if self.place is None else (f"place {self.place}", 0)
+        words = [zlib.crc32(text.encode()) for text in (who, self.current, draw)]
+        return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=words))
+
+    def deal(self, good: Sequence[int]) -> None:
+        """Choose this student's draw for this check among the good ones; if there is no list, it is drawn freely."""
+        self.place = None
+        self.place = int(self.rng("deal").choice(good)) if good else None
 
     def right(self, name: str) -> list:
         """The accepted forms of the answer `name`: the solution's own first."""

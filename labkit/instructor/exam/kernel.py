@@ -18,7 +18,6 @@ from ..sandbox.channel import Channel, StudentCodeError, WorkerLostError
 from ..sandbox.launch import Sandbox
 from ..sandbox.proxy import MissingAnswerError, Notebook, Student
 from .exam import Exam
-from .rehearsal import settle
 
 FILE = "said.jsonl"
 UNCLEAR = "What your code gave back could not be used here."
@@ -45,13 +44,13 @@ class Batch:
         """Make `names` (the cell's globals) hold this student's objects; check: the cell's grade_id."""
         self.check = None  # nothing is told of a cell that did not begin
         student = self.student if number == self.number and self.student else self._next(number)
-        self.exam.student, self.exam.current, self.exam.attempt = self.students[number]["key"], check, 0
+        self.exam.student, self.exam.current = self.students[number]["key"], check
+        self.exam.deal(self.checks[check]["draws"])
         self.check, self.stopped = check, student.stopped
         for name in self.subjects:
             names.pop(name, None)
         wanted = self.checks[check]["uses"]
         names.update({name: student.find(name) for name in wanted})
-        settle(self.exam, self.checks[check]["source"], names, wanted, self.checks[check]["must"])
 
     def _next(self, number):
         if self.student:

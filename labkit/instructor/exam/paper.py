@@ -20,7 +20,7 @@ class CheckCell:
     """A cell that every student's code meets: a check, or (without points) the figure's.
 
     printed: what it prints when it passes;  uses: those of the students' names that stand in it;
-    must: the known mistakes that what it draws has to show, see `labkit.instructor.exam.bite`.
+    draws: the good ones, see `labkit.instructor.exam.bite`.
     """
 
     id: str
@@ -30,7 +30,7 @@ class CheckCell:
     source: str
     printed: str
     uses: tuple[str, ...]
-    must: tuple[str, ...] = ()
+    draws: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,8 @@ def _subjects(book):
 def _check_cell(cell, subjects, found):
     names = {node.id for node in ast.walk(ast.parse(cell.source)) if isinstance(node, ast.Name)}
     uses = tuple(name for name in subjects if name in names)
-    must = tuple(found.get("must", ()))
-    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses, must)
+    draws = tuple(found.get("draws", ()))
+    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses, draws)
 
 
 def _check(cell, book):
@@ -160,5 +160,5 @@ def _question(book: Sequence[Cell], id: str) -> str:
 
 
 def _digest(setup, cells, released):
-    parts = [setup, [(c.id, c.source, c.printed, c.points, c.must) for c in cells], [c.source for c in released]]
+    parts = [setup, [(c.id, c.source, c.printed, c.points, c.draws) for c in cells], [c.source for c in released]]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()

@@ -1,13 +1,8 @@
-"""A check cell tried on known mistakes, before it meets a student: does what it drew show them?
-
-A draw on which a known mistake stays out of sight would give points to a wrong answer that gets none from another
-draw. So the grader draws again, for each student alone, until those mistakes are seen that `labkit build` found to
-be missed now and then; see `labkit.instructor.exam.bite`.
-"""
+"""A check cell tried on known mistakes: which of them does what it drew show?"""
 
 import copy
 import io
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from typing import Any
 
@@ -15,42 +10,23 @@ import numpy as np
 
 from ...checks.compare import TINY, TOLERANCE, gap_of
 from ...history import History, make_filter, replay
-from ..records import CommandError
 from .exam import Exam
 from .runs import apart, replayed
 
-TRIES = 50  # a cell of which one draw in three will do fails once in a thousand million times
 
-
-def settle(exam: Exam, source: str, names: Mapping[str, Any], uses: Sequence[str], must: Collection[str]) -> None:
-    """Let `exam` draw for its student what shows all mistakes of `must`: sets `exam.attempt`.
-
-    As `caught`. Raises CommandError if no draw does.
-    """
-    for exam.attempt in range(TRIES):
-        if not must or set(must) <= caught(exam, source, names, uses, must):
-            return
-    raise CommandError(
-        f"The check '{exam.current}' drew {TRIES} times, and each time a known mistake stayed out of sight "
-        f"({', '.join(must)}): run `labkit build`, which says what to do."
-    )
-
-
-def caught(
-    exam: Exam, source: str, names: Mapping[str, Any], uses: Sequence[str], only: Collection[str] | None = None
-) -> set[str]:
+def caught(exam: Exam, source: str, names: Mapping[str, Any], uses: Sequence[str]) -> set[str]:
     """Which known mistakes fail in a check cell, with what it draws now, by their names in `Exam.wrong`.
 
-    source: the cell's;  names: those that it runs with;  uses: the answers in it;  only: what is tried, None for all.
+    source: the cell's;  names: those that it runs with;  uses: the answers in it.
     """
     found = set()
     rights = {name: exam.right(name)[0] for name in uses}
     for subject in uses:
-        wrong = {id: form for id, form in exam.wrong(subject).items() if only is None or id in only}
+        wrong = exam.wrong(subject)
         panel = _Panel(subject, wrong)
         if not wrong:
             continue
-        if not _fails(source, {**names, **rights, "exam": _Rehearsal(exam), subject: panel}):
+        if not _fails(source, {**names, **rights, "exam": _Trial(exam), subject: panel}):
             found |= panel.caught
         else:  # it looks at answers in a way of its own
             found |= {id for id, form in wrong.items() if _fails(source, {**names, **rights, subject: form})}
@@ -82,7 +58,7 @@ class _Panel:
             self.caught |= {id} if failed else set()
 
 
-class _Rehearsal(Exam):
+class _Trial(Exam):
     """An exam that sees what becomes of a panel, and fails nobody."""
 
     def __init__(self, exam):
