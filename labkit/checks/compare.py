@@ -36,6 +36,9 @@ def _gaps(trace, stored):
         yield np.inf
         return
     for mine, right in zip(trace.steps, steps):
+        if len(mine) != len(right):
+            yield np.inf
+            return
         yield from map(gap_of, mine, values(right))
 
 

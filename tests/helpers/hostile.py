@@ -197,6 +197,20 @@ CODE = [
         "changes nothing",
     ),
     (
+        "answers with steps that hold nothing",
+        "import labkit.instructor.sandbox.worker as w\nw._trace = lambda t: {'steps': [[] for _ in t.steps], 'stop': None, 'printed': ''}",
+        NOTHING,
+        None,
+        "could not be understood",
+    ),
+    (
+        "answers with no steps",
+        "import labkit.instructor.sandbox.worker as w\nw._trace = lambda t: {'steps': [], 'stop': None, 'printed': ''}",
+        NOTHING,
+        None,
+        "could not be understood",
+    ),
+    (
         "says passed on the channel",
         "import labkit.instructor.sandbox.wire as w\np = w.pack\nw.pack = lambda m: p({'status': 'passed', 'points': 99})",
         NOTHING,

@@ -15,16 +15,17 @@ from ... import checks
 from ...checks import CheckError
 from ...checks.compare import nearest
 from ...checks.feedback import FilterError
-from ...checks.trace import Stop, Trace, run
+from ...checks.trace import run
 from ...geometry import Array
 from ...history import START, History
 from ...log import Log
 from ...notebook.read import read
 from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
-from ..sandbox.channel import StudentCodeError, WorkerLostError
+from ..sandbox.channel import StudentCodeError
 from ..sandbox.proxy import Stand, Student
 from .runs import apart, first_gap, how_far, replayed
+from .traces import inputs, traces
 from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -33,7 +34,6 @@ OTHERS = (
     "Does it use a fixed number where it should use its arguments or fields?"
 )
 TRIES = 20  # of a draw, before it is said that none will do
-INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
 
 
 class Exam:
@@ -180,7 +180,7 @@ class Exam:
         answer = self._public(subject.student)[data["name"]]
         if isinstance(answer, FilterError):
             raise answer
-        return checks.decide(data, _traces(data, answer))
+        return checks.decide(data, traces(data, answer))
 
     def _public(self, student: Student) -> dict[str, Any]:
         """What the student's objects do on the inputs of all the notebook's own checks.
@@ -194,7 +194,7 @@ class Exam:
             for check in self._definitions:
                 try:
                     stand = student.find(check.subject)
-                    student.public[check.name] = stand.observe(_inputs(checks.stored(check.name)), secret=False)
+                    student.public[check.name] = stand.observe(inputs(checks.stored(check.name)), secret=False)
                 except FilterError as error:
                     if isinstance(error, StudentCodeError):
                         error.public = True
@@ -205,10 +205,10 @@ class Exam:
         """Known mistakes failed in `_judge` already, whatever is drawn: this is for answers that know its numbers."""
         others = {**data, "scenarios": [self._drawn(data, s) for s in data["scenarios"] if "advice" not in s]}
         try:
-            traces = _traces(others, subject.observe(_inputs(others), secret=True))
+            came = traces(others, subject.observe(inputs(others), secret=True))
         except CheckError:
             self.fail(OTHERS)  # in our words: it has seen inputs that its student has not
-        wrong = [s for s in others["scenarios"] if nearest(traces[s["id"]], s["right"])[0] > 1]
+        wrong = [s for s in others["scenarios"] if nearest(came[s["id"]], s["right"])[0] > 1]
         if wrong:
             self.fail(OTHERS)
 
@@ -223,30 +223,3 @@ class Exam:
             f"The solution stops in {TRIES} variants of '{stored['id']}' in the check '{data['name']}': give that "
             "scenario, in solutions/checks, numbers that may be a little different."
         )
-
-
-def _inputs(data):
-    scenarios = [{key: s[key] for key in INPUTS if key in s} for s in data["scenarios"]]
-    return {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
-
-
-def _traces(data, answer):
-    """{id: Trace} from a worker's answer to `observe`, which may be anything."""
-    if "told" in answer:
-        lines = answer.get("lines")
-        raise CheckError(data["name"], str(answer["told"]), map(str, lines if isinstance(lines, list) else []))
-    found = answer.get("traces")
-    try:
-        return {s["id"]: _trace(found[s["id"]]) for s in data["scenarios"]}
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise WorkerLostError("What came back from your code could not be understood.") from None
-
-
-def _trace(sent):
-    steps = [[v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]]
-    stop = None
-    if sent["stop"] is not None:
-        key, text, line = sent["stop"]
-        call, kind, numbers, message = key
-        stop = Stop([int(call), str(kind), [int(n) for n in numbers], str(message)], str(text), str(line))
-    return Trace(steps, stop, str(sent["printed"]))

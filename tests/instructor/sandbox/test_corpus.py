@@ -73,9 +73,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "1",
+        "0.7",
         "--total",
-        "4",
+        "2",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
@@ -122,6 +122,12 @@ def test_the_others_get_their_points(graded, student):
 def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
     rows, *_ = graded
     assert any(row["status"] == "failed" for row in rows["right-at-first--wrong-later"])
+
+
+@pytest.mark.parametrize("name", [case[0] for case in CODE if case[0].startswith("answers with")])
+def test_an_answer_that_is_none_passes_no_visible_check(graded, name):
+    rows, *_ = graded
+    assert {row["status"] for row in rows[name.replace(" ", "-")] if row["check"].startswith("check-")} == {"failed"}
 
 
 def test_nothing_hidden_reaches_a_student(graded):

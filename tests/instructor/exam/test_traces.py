@@ -1,0 +1,60 @@
+"""What a worker answers is taken only if it is what was asked for."""
+
+import numpy as np
+import pytest
+
+from labkit.checks import CheckError, stored
+from labkit.instructor.exam.traces import inputs, traces
+from labkit.instructor.sandbox.channel import WorkerLostError
+
+DATA = stored("cartesian-kf")
+
+
+def answer():
+    """What a right filter's worker would say."""
+    found = {}
+    for s in DATA["scenarios"]:
+        steps = [[np.array(value, dtype=float) for value in step] for step in s["right"][0][0]]
+        found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
+    return found
+
+
+def test_what_was_asked_for_gets_through():
+    assert traces(DATA, {"traces": answer()}).keys() == {s["id"] for s in DATA["scenarios"]}
+    assert "right" not in str(inputs(DATA)) and "mistakes" not in inputs(DATA)
+
+
+STOP = [[1, "ValueError", [], "no"], "no", "line"]
+ODD = {
+    "no steps": lambda trace: trace.update(steps=[]),
+    "empty steps": lambda trace: trace.update(steps=[[] for _ in trace["steps"]]),
+    "short steps": lambda trace: trace.update(steps=[step[:1] for step in trace["steps"]]),
+    "long steps": lambda trace: trace.update(steps=[[*step, step[0]] for step in trace["steps"]]),
+    "too many steps": lambda trace: trace.update(steps=trace["steps"] * 2),
+    "too many steps before a stop": lambda trace: trace.update(steps=trace["steps"] * 2, stop=STOP),
+    "a table": lambda trace: trace.update(steps={"0": 1}),
+    "words": lambda trace: trace.update(steps="all right"),
+    "ragged": lambda trace: trace.update(steps=[[[[1], [1, 2]]] * 4 for _ in trace["steps"]]),
+    "no stop": lambda trace: trace.pop("stop"),
+    "an odd stop": lambda trace: trace.update(stop=["x"]),
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_what_was_not_asked_for_does_not(what):
+    found = answer()
+    ODD[what](found[DATA["scenarios"][1]["id"]])
+    with pytest.raises(WorkerLostError, match="could not be understood"):
+        traces(DATA, {"traces": found})
+
+
+@pytest.mark.parametrize("said", [{}, {"traces": None}, {"traces": 3}, {"traces": [1]}, {"traces": {}}])
+def test_no_traces_are_no_answer(said):
+    with pytest.raises(WorkerLostError, match="could not be understood"):
+        traces(DATA, said)
+
+
+def test_texts_are_cut_here():
+    with pytest.raises(CheckError) as caught:
+        traces(DATA, {"told": "x" * 10**6, "lines": ["y" * 10**6] * 1000})
+    assert len(str(caught.value)) < 30_000
