@@ -7,6 +7,7 @@ import sys
 import threading
 from argparse import Namespace
 from base64 import b64encode
+from dataclasses import replace
 from pathlib import Path
 
 from .console import Progress
@@ -17,6 +18,7 @@ from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
 from .records import CommandError
 from .report import hand_marks
+from .report.canvas import names_of
 from .report.gradebook import Gradebook
 from .report.moodle_times import dated
 from .report.names import labels
@@ -134,6 +136,7 @@ def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Name
             "Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else ".")
         )
     book.retry(paper.lab)
+    entries, unfits = _called(book, entries, unfits, args.canvas)
     entries, told = dated(entries, args.moodle, Path(args.submissions).name, args.due)
     notes += told
     rules = Rules(args.attempts, args.due, args.late == "count")
@@ -154,6 +157,15 @@ def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Name
             "--regrade all grades them anew."
         )
     return jobs, notes
+
+
+def _called(book, entries, unfits, gradebook):
+    """(entries, unfits) under the names that Canvas's gradebook has, now or in a run before."""
+    found = [*entries, *unfits]
+    told = names_of(gradebook, {of.identifier for of in found}) if gradebook else {}
+    names = book.called({(of.student, of.identifier): told[of.identifier] for of in found if of.identifier in told})
+    renamed = [replace(of, student=names.get((of.student, of.identifier), of.student)) for of in found]
+    return renamed[: len(entries)], renamed[len(entries) :]
 
 
 def _enter(book, paper, found, anew):

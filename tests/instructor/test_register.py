@@ -17,7 +17,15 @@ from labkit.instructor.report.tables import GRADES
 
 from helpers.classroom import LAB, as_file, filled
 
-NEWEST = {"attempts": "newest", "due": None, "late": "count", "regrade": None, "moodle": None, "submissions": "class"}
+NEWEST = {
+    "attempts": "newest",
+    "due": None,
+    "late": "count",
+    "regrade": None,
+    "moodle": None,
+    "canvas": None,
+    "submissions": "class",
+}
 
 
 def registered(folder, **rules):
@@ -84,3 +92,20 @@ def test_marks_by_hand_are_taken_from_the_table_that_was_written_last_or_before(
         table.write_text(table.read_text().replace("1.5", "7"))
         with pytest.raises(CommandError, match="more than"):
             take_hand_marks(grades, table)
+
+
+def test_canvas_students_are_called_as_in_its_gradebook_in_later_runs_too(tmp_path):
+    as_file(tmp_path / "class" / f"lovelaceada_101_5001_{LAB}.ipynb", filled(answer_q1="So."))
+    as_file(tmp_path / "class" / f"zakl_102_5002_{LAB}.ipynb", {})
+    (tmp_path / "canvas.csv").write_text(
+        'Student,ID,Section,Lab 1 (7)\n    Points Possible,,,20\n"Lovelace, Ada",101,A,\n"Żak, Łukasz",102,A,\n',
+        encoding="utf-8",
+    )
+    _, _, before = registered(tmp_path)
+    assert [result.student for result in before] == ["lovelaceada", "zakl"]
+    with closing(Gradebook(tmp_path / "gradebook.db")) as grades:
+        grades.hand(before[0], "answer-q1", 1.0, "Good.")
+    for gradebook in (tmp_path / "canvas.csv", None):
+        _, _, results = registered(tmp_path, canvas=gradebook)
+        assert [result.student for result in results] == ["Ada Lovelace", "Łukasz Żak"]
+        assert {mark.check: mark.points for mark in results[0].marks}["answer-q1"] == 1

@@ -1,7 +1,7 @@
 """The gradebook of the platform Canvas, filled in."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ..records import CommandError, Result
@@ -50,6 +50,17 @@ def fill_canvas(
     report = fill(_rows(sheet, ids, top, chosen), results, put, partial)
     sheet.save(out)
     return [f"Grades go to the column {sheet.header[chosen]!r}.", *report]
+
+
+def names_of(gradebook: Path | str, identifiers: Iterable[str]) -> dict[str, str]:
+    """{identifier: 'Ada Lovelace'} of those of `identifiers` whose row the gradebook has.
+
+    Raises CommandError: the file cannot be read or is no gradebook of Canvas.
+    """
+    sheet = Sheet(gradebook)
+    ids, top = _layout(sheet)
+    names = {row.identifier: row.name for row in _rows(sheet, ids, top, ids).values()}
+    return {number: " ".join(names[number].split(", ")[::-1]) for number in identifiers if names.get(number)}
 
 
 def _layout(sheet: Sheet) -> tuple[int, int]:

@@ -117,6 +117,20 @@ class Gradebook:
             for id, notes, late in best.values():
                 self.choose(id, json.loads(notes), late)
 
+    def called(self, names: Mapping[tuple[str, str], str]) -> dict[tuple[str, str], str]:
+        """{(student, identifier): name} of whoever is to be called otherwise, those told in runs before too."""
+        stored = self._all("SELECT value FROM meta WHERE key = 'names'")
+        known = {(student, number): name for student, number, name in json.loads(stored[0][0] if stored else "[]")}
+        known.update(names)
+        rows = [(name, student, number) for (student, number), name in known.items()]
+        with self:
+            for table in ("submission", "hand"):
+                query = f"UPDATE OR REPLACE {table} SET student = ? WHERE student = ? AND identifier = ?"
+                self.db.executemany(query, rows)
+            kept = json.dumps([[*of, name] for of, name in known.items()])
+            self.db.execute("INSERT OR REPLACE INTO meta VALUES ('names', ?)", (kept,))
+        return known
+
     def retry(self, lab: str) -> None:
         """Forget the checks that could not be run through no fault of their students, so that they run now."""
         failed = "SELECT id FROM submission JOIN mark ON submission = id WHERE lab = ? AND status = ?"

@@ -78,7 +78,7 @@ def match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int,
     unclear: set[int] = set()
     members = _members(rows, results)
     for in_result, in_row in (
-        (lambda result: _digits(result.identifier), lambda row: _digits(row.identifier)),
+        (lambda result: digits(result.identifier), lambda row: digits(row.identifier)),
         (lambda result: name_key(result.student), lambda row: name_key(row.name)),
     ):
         ours, places = [in_result(result) for result in results], defaultdict(list)
@@ -157,7 +157,7 @@ def name_key(name: str) -> tuple[str, ...]:
     return tuple(sorted(fold(name).replace(",", " ").split()))
 
 
-def _digits(identifier: str) -> str:
+def digits(identifier: str) -> str:
     """'123' of 'Participant 123', 'Teilnehmer/in123', '0123'; '' without a number at the end."""
     found = re.search(r"(\d+)\s*$", identifier)
     return found[1].lstrip("0") if found else ""

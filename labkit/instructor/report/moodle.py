@@ -75,6 +75,7 @@ def rows_of(sheet: Sheet) -> dict[int, Row]:
 
 def _rows(sheet: Sheet, column: Columns) -> dict[int, Row]:
     known = [place for place in column.values() if place is not None]
+    known += [1] * (column["name"] is None)  # names come second: two students of one name are no group
     rows = {}
     for i in sheet.body():
         number, name = (sheet.cell(i, c) if (c := column[of]) is not None else "" for of in ("identifier", "name"))

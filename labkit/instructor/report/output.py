@@ -1,13 +1,10 @@
 """Everything that a grading run leaves for people: tables, pages, and the LMS's own file filled in."""
 
-import re
-import zipfile
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
-from typing import BinaryIO
 
 from .. import files
 from ..exam.paper import Paper
@@ -17,8 +14,10 @@ from .class_overview import class_page
 from .feedback import feedback_page
 from .figures import Drawer
 from .gradebook import Gradebook
-from .moodle import fill_moodle
+from .moodle import fill_moodle, rows_of
 from .names import file_name, labels
+from .send_back import send_back
+from .sheet import Sheet
 from .tables import write_grades, write_summary
 from .texts import clean, counted, plain
 from .to_mark import to_mark_page
@@ -35,6 +34,8 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     write_summary(out / "summary.csv", results)
     mine = [result for result in results if result.lab == paper.lab]
     pages = _feedback(book, paper, out, mine)
+    rows = rows_of(Sheet(args.moodle)) if args.moodle else {}
+    send_back(out / f"feedback-{paper.lab}.zip", out / "feedback" / paper.lab, mine, pages, rows)
     files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, paper.title, pages))
     files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, paper.title))
     titles = {check.id: check.title for check in paper.checks}
@@ -61,27 +62,7 @@ def _feedback(book: Gradebook, paper: Paper, out: Path, results: Sequence[Result
         name = pages[label] = file_name(label, taken)
         seen = replace(result, figure=book.figure(result.id))  # a copy, since a class's figures are heavy
         files.write(folder / name, feedback_page(seen, paper.checks, paper.title, drawer))
-    _send_back(out / f"feedback-{paper.lab}.zip", folder, results, pages)
     return pages
-
-
-def _send_back(path: Path, folder: Path, results: Sequence[Result], pages: Mapping[str, str]) -> None:
-    """Pack the pages as Moodle takes them back ("Upload multiple feedback files in a zip"): in its own folders."""
-    found = {}
-    for label, result in zip(labels(results), results):
-        of = re.search(r"(?:^|[/ ])([^/:]+_\d+_assignsubmission_file_?)/", result.source)
-        if of:
-            found[f"{of[1]}/{pages[label]}"] = folder / pages[label]
-    if not found:
-        path.unlink(missing_ok=True)
-        return
-
-    def pack(file: BinaryIO) -> None:
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, page in found.items():
-                archive.write(page, name)
-
-    files.write(path, pack)
 
 
 def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[str]) -> int:

@@ -78,3 +78,61 @@ def test_blank_answers_block_no_grade_and_are_counted_apart(tmp_path, capsys):
     page, overview = ((tmp_path / name).read_text() for name in ("feedback/lab3/Ada.html", "class-lab3.html"))
     assert "so far" not in page and "You gave no answer." in page and "to be read" not in page
     assert "1 question without an answer" in overview and "1 without an answer" in overview
+
+
+def graded(book, name, number, source):
+    """Enter a submission with full marks; `source` is the file as it came."""
+    id = book.add("lab3", name, number, source, source, "paper", None, False, [], {"q1": ""})
+    book.mark(id, "kf", 2, PASSED)
+    book.finish(id)
+    book.choose(id, [], False)
+
+
+def test_each_member_of_a_group_gets_the_mark_and_the_page(book, tmp_path, capsys):
+    graded(book, "Group A", "7", "all.zip: Group A_7_assignsubmission_file/lab3.ipynb")
+    graded(book, "Group B", "203", "all.zip: Group B_203_assignsubmission_file_lab3.ipynb")  # 203 is a member of A
+    members = [(201, "Cleo", "Group A"), (202, "Dora", "Group B"), (203, "Emil_F", "Group A"), (204, "Finn", "-")]
+    rows = "".join(f"Participant {number},{name},{group},,5.00,Yes,\n" for number, name, group in members)
+    head = "Identifier,Full name,Group,Grade,Maximum Grade,Grade can be changed,Feedback comments\n"
+    (tmp_path / "w.csv").write_text(head + rows)
+    write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv"}))
+    assert [row[3] for row in table(tmp_path / "moodle.csv")[1:]] == ["2", "2", "2", ""]
+    told = capsys.readouterr().out
+    assert (
+        "Filled in: the grades of 3 students." in told and "In the table without a graded submission: 1 (Finn)" in told
+    )
+    with zipfile.ZipFile(tmp_path / "feedback-lab3.zip") as archive:
+        names = archive.namelist()
+    assert "Group A_7_assignsubmission_file/Group-A.html" in names
+    assert "Group B_203_assignsubmission_file_Group-B.html" in names
+    assert "Cleo_201_assignsubmission_file_/Group-A.html" in names
+    assert "Dora_202_assignsubmission_file_/Group-B.html" in names
+    assert not any("Emil" in name for name in names)  # Moodle would take 203 for group B
+
+
+def test_a_member_who_handed_in_alone_keeps_the_own_mark(book, tmp_path):
+    graded(book, "Group A", "7", "all.zip: Group A_7_assignsubmission_file/lab3.ipynb")
+    graded(book, "Cleo", "201", "all.zip: Cleo_201_assignsubmission_file/lab3.ipynb")
+    book.db.execute("UPDATE mark SET points = 1 WHERE submission = (SELECT max(id) FROM submission)")
+    (tmp_path / "w.csv").write_text(
+        "a,b,c,d,Grade,Maximum Grade,g,h\nTeilnehmer/in201,Cleo,x,Gruppe: Group A,,5.00,Ja,\n"
+        "Teilnehmer/in202,Dora,x,group a,,5.00,Ja,\nTeilnehmer/in203,Emil,y,GROUP A,,5.00,Ja,\n"
+    )
+    write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv"}))
+    assert [row[4] for row in table(tmp_path / "moodle.csv")[1:]] == ["1", "2", "2"]
+
+
+def test_two_students_of_one_name_are_no_group(book, tmp_path):
+    graded(book, "Sam Lee", "201", "all.zip: Sam Lee_201_assignsubmission_file/lab3.ipynb")
+    (tmp_path / "w.csv").write_text(
+        "a,b,c,d,Grade,Maximum Grade,g,h\nx201,Sam Lee,s,,,5.00,Ja,\nx202,Sam Lee,s,,,5.00,Ja,\n"
+    )
+    write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv"}))
+    assert [row[4] for row in table(tmp_path / "moodle.csv")[1:]] == ["2", ""]
+
+
+def test_canvas_gets_pages_under_the_numbers_that_it_goes_by(book, tmp_path):
+    graded(book, "Ada Lovelace", "501", "s.zip: lovelaceada_LATE_501_9001_lab3-2.ipynb")
+    write_all(book, PAPER, tmp_path, NOTHING)
+    with zipfile.ZipFile(tmp_path / "feedback-lab3.zip") as archive:
+        assert "lovelaceada_LATE_501_9001_lab3-2.html" in archive.namelist()
