@@ -37,6 +37,12 @@ def _add_grade(commands):
     lms.add_argument("--feedback-column", metavar="NAME", help="the same for the comments")
     lms.add_argument("--column", metavar="TITLE", help="the assignment's column in Canvas's gradebook")
     lms.add_argument("--partial", action="store_true", help="also fill in students whose written answers are unread")
+    one.add_argument(
+        "--csv",
+        choices=["plain", "excel"],
+        help="how grades.csv and summary.csv are written: a,1.5 or, for the Excel of a language with decimal commas, "
+        "a;1,5 (default: as the grades.csv that is there, else plain)",
+    )
     _add_rules(one)
     _add_machine(one)
     one.set_defaults(run=_grade)

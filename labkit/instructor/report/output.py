@@ -18,7 +18,7 @@ from .moodle import fill_moodle, rows_of
 from .names import file_name, labels
 from .send_back import send_back
 from .sheet import Sheet
-from .tables import write_grades, write_summary
+from .tables import write_grades, write_summary, written_for_excel
 from .texts import clean, counted, plain
 from .to_mark import to_mark_page
 
@@ -30,8 +30,9 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     """
     results = [result for lab in book.labs() for result in book.results(lab)]
     book.wrote(results)
-    write_grades(out / "grades.csv", results)
-    write_summary(out / "summary.csv", results)
+    excel = args.csv == "excel" or not args.csv and written_for_excel(out / "grades.csv")
+    write_grades(out / "grades.csv", results, excel)
+    write_summary(out / "summary.csv", results, excel)
     mine = [result for result in results if result.lab == paper.lab]
     pages = _feedback(book, paper, out, mine)
     rows = rows_of(Sheet(args.moodle)) if args.moodle else {}

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import files
-from ..records import ERROR, OPEN, Result
+from ..records import ERROR, OPEN, CommandError, Result
 from .names import labels
+from .sheet import Sheet
 from .texts import guard, plain
 
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
@@ -16,11 +17,14 @@ SUMMARY = (
     *("sandbox_level", "notes", "blank"),
 )
 
+NUMBERS = {"points", "max_points", "percent"}
 
-def write_grades(path: Path, results: Sequence[Result]) -> None:
+
+def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> None:
     """Write one row a mark of `results`; an instructor may fill it in for `hand_marks.read_hand_marks`.
 
-    A student who could not be graded has one row, with status 'error'. Raises CommandError: it cannot be written.
+    A student who could not be graded has one row, with status 'error'. excel: semicolons between cells and decimal
+    commas, as a spreadsheet of most of Europe and Latin America expects. Raises CommandError: it cannot be written.
     """
     rows = []
     for name, result in zip(labels(results), results):
@@ -30,11 +34,19 @@ def write_grades(path: Path, results: Sequence[Result]) -> None:
         for mark in result.marks:
             points, status = ("", OPEN) if mark.points is None else (plain(mark.points), mark.status)
             rows.append((name, result.lab, mark.check, points, plain(mark.max_points), status, mark.reason))
-    _write(path, GRADES, rows)
+    _write(path, GRADES, rows, excel)
 
 
-def write_summary(path: Path, results: Sequence[Result]) -> None:
-    """Write one row a student of `results`. Raises CommandError: the file cannot be written."""
+def written_for_excel(path: Path) -> bool:
+    """Whether the table in `path` has semicolons, be it by `write_grades` or by a spreadsheet; False if there is none."""
+    try:
+        return path.exists() and Sheet(path).comma == ";"
+    except CommandError:  # it is written anew
+        return False
+
+
+def write_summary(path: Path, results: Sequence[Result], excel: bool = False) -> None:
+    """Write one row a student of `results`; excel: see `write_grades`. Raises CommandError: it cannot be written."""
     rows = []
     for name, result in zip(labels(results), results):
         points = percent = ""
@@ -46,12 +58,15 @@ def write_summary(path: Path, results: Sequence[Result]) -> None:
         marks = (result.lab, points, plain(result.max_points), percent, result.open)
         origin = ("yes" if result.late else "", when, result.source, result.level)
         rows.append((name, result.identifier, *marks, *origin, notes, result.blank))
-    _write(path, SUMMARY, rows)
+    _write(path, SUMMARY, rows, excel)
 
 
-def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]], excel: bool) -> None:
     text = io.StringIO()
-    table = csv.writer(text)
+    table = csv.writer(text, delimiter=";" if excel else ",")
     table.writerow(header)
-    table.writerows([guard(cell) for cell in row] for row in rows)
+    numbers = {at for at, name in enumerate(header) if excel and name in NUMBERS}
+    for row in rows:
+        cells = [guard(cell) for cell in row]
+        table.writerow([cell.replace(".", ",") if at in numbers else cell for at, cell in enumerate(cells)])
     files.write(path, text.getvalue().encode("utf-8-sig"))  # with the mark, Excel takes it for UTF-8

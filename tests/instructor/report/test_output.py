@@ -15,7 +15,9 @@ from helpers.graded import curve, table
 
 CHECKS = [Check("kf", "The filter", 2), Check("q1", "Why?", 3, hand=True)]
 PAPER = Namespace(lab="lab3", title="Lab 3", checks=CHECKS)
-NOTHING = Namespace(moodle=None, canvas=None, grade_column=None, feedback_column=None, column=None, partial=False)
+NOTHING = Namespace(
+    csv=None, moodle=None, canvas=None, grade_column=None, feedback_column=None, column=None, partial=False
+)
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 
 from labkit.instructor.records import FAILED, Mark, Result
 from labkit.instructor.report.hand_marks import read_hand_marks
-from labkit.instructor.report.tables import write_grades, write_summary
+from labkit.instructor.report.tables import write_grades, write_summary, written_for_excel
 
 from helpers.graded import LAB, result, table
 
@@ -61,3 +61,30 @@ def test_no_colours_of_a_terminal_in_a_table(tmp_path):
     marks = [Mark("kf", 0, 2, "error", reason)]
     write_grades(tmp_path / "g.csv", [Result("Ada", lab=LAB, marks=marks)])
     assert table(tmp_path / "g.csv")[1][-1] == "NameError: exam is not defined"
+
+
+def test_tables_for_a_spreadsheet_with_decimal_commas_are_read_back_with_marks_by_hand(tmp_path):
+    path, results = tmp_path / "grades.csv", [result("Ada; or Bo, 1.5", first=0.5)]
+    for write in (write_summary, write_grades):
+        write(path, results, excel=True)
+        assert path.read_bytes().startswith(b"\xef\xbb\xbf") and written_for_excel(path)
+    text = path.read_text(encoding="utf-8-sig")
+    assert text.splitlines()[:2] == [
+        "student;lab;check;points;max_points;status;reason",
+        f'"Ada; or Bo, 1.5";{LAB};kf;0,5;2;failed;The sign of K is wrong.',
+    ]
+    assert read_hand_marks(path, results) == {}
+    path.write_text(text.replace("q1;;5;open;", "q1;2,5;5;open;gut; 1.5, ja".replace("gut;", "gut")), "utf-8-sig")
+    ((where, mark),) = read_hand_marks(path, results).items()
+    assert where[2] == "q1" and mark == (2.5, "gut 1.5, ja")
+
+
+def test_a_table_keeps_the_form_that_it_has(tmp_path):
+    path = tmp_path / "grades.csv"
+    assert not written_for_excel(path)
+    path.write_text("")
+    assert not written_for_excel(path)
+    write_grades(path, [result("Ada")])
+    assert not written_for_excel(path)
+    write_grades(path, [], excel=True)
+    assert written_for_excel(path)
