@@ -88,31 +88,39 @@ def match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int,
         for at, key in enumerate(ours):
             if not key or key not in places or at in of.values():
                 continue
-            if at in members and not set(places[key]) <= set(members[at]):
+            if at in members and not set(places[key]) <= set(members[at][1]):
                 continue  # a group's number may be that of someone else
             if many[key] > 1 or len(places[key]) > 1 or places[key][0] in of:
                 unclear.add(at)
             else:
                 of[places[key][0]] = at
-    alike = Counter(name_key(results[at].student) for at in members)
-    for at, places_of in members.items():
+    alike = Counter(group for group, _ in members.values())
+    for at, (group, places_of) in members.items():
         free = [place for place in places_of if place not in of]
-        if alike[name_key(results[at].student)] == 1:
+        if alike[group] == 1:
             of.update(dict.fromkeys(free, at))
         elif free and at not in of.values():
             unclear.add(at)
     return of, sorted(unclear - set(of.values()))
 
 
-def _members(rows: Mapping[int, Row], results: Sequence[Result]) -> dict[int, list[int]]:
-    """{index of a result: the rows that say its student's name in another column than that of names}."""
+def _members(rows: Mapping[int, Row], results: Sequence[Result]) -> dict[int, tuple[tuple[str, ...], list[int]]]:
+    """{index of a result: (its group, the rows that say the group's name in another column than that of names)}.
+
+    A group's hand-in is named 'Group A' or, by older Moodle, 'Group A-Ada Lovelace'.
+    """
     people = {name_key(row.name) for row in rows.values()}
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for place, row in rows.items():
+        for key in row.others:
+            groups.setdefault(key, []).append(place)
     found = {}
     for at, result in enumerate(results):
-        key = name_key(result.student)
-        places = [place for place, row in rows.items() if key in row.others]
-        if key and key not in people and places:
-            found[at] = places
+        student = result.student
+        starts = [student, *(student[: dash.start()] for dash in re.finditer("-", student))]
+        group = next((key for start in starts if (key := name_key(start)) in groups), None)
+        if group and name_key(student) not in people:
+            found[at] = (group, groups[group])
     return found
 
 

@@ -38,7 +38,7 @@ def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> 
 
 
 def written_for_excel(path: Path) -> bool:
-    """Whether the table in `path` has semicolons, be it by `write_grades` or by a spreadsheet; False if there is none."""
+    """Whether there is a table in `path` with semicolons, of `write_grades` or of a spreadsheet."""
     try:
         return path.exists() and Sheet(path).comma == ";"
     except CommandError:  # it is written anew

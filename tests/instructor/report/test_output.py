@@ -124,6 +124,20 @@ def test_a_member_who_handed_in_alone_keeps_the_own_mark(book, tmp_path):
     assert [row[4] for row in table(tmp_path / "moodle.csv")[1:]] == ["1", "2", "2"]
 
 
+@pytest.mark.parametrize("all_of_them", [False, True])
+def test_older_moodle_names_a_group_and_who_handed_in(book, tmp_path, all_of_them):
+    for number, name in ((201, "Cleo"), (202, "Dora"))[: 1 + all_of_them]:
+        graded(
+            book, f"Group-A-{name}", str(number), f"all.zip: Group-A-{name}_{number}_assignsubmission_file_/lab3.ipynb"
+        )
+    (tmp_path / "w.csv").write_text(
+        "Identifier,Full name,Group,Grade,Maximum Grade\nParticipant 201,Cleo,Group-A,,5.00\n"
+        "Participant 202,Dora,Group-A,,5.00\nParticipant 203,Emil,Group-B,,5.00\n"
+    )
+    write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), "moodle": tmp_path / "w.csv"}))
+    assert [row[3] for row in table(tmp_path / "moodle.csv")[1:]] == ["2", "2", ""]
+
+
 def test_two_students_of_one_name_are_no_group(book, tmp_path):
     graded(book, "Sam Lee", "201", "all.zip: Sam Lee_201_assignsubmission_file/lab3.ipynb")
     (tmp_path / "w.csv").write_text(
