@@ -12,14 +12,20 @@ class Names:
 
     changes     objects that it may change: an attribute or item is set, a method called, a decorator given it
     passes      (function, name) of each call that may change what it is given
+    calls       functions that it calls
+    inside      of a function: what a call of it sets or changes
     anything    whether it may set names that cannot be told, as `from x import *` does
+    path        whether it changes where modules are looked for
     """
 
     sets: set[str]
     uses: set[str]
     changes: set[str] = field(default_factory=set)
     passes: set[tuple[str, str]] = field(default_factory=set)
+    calls: set[str] = field(default_factory=set)
+    inside: set[str] = field(default_factory=set)
     anything: bool = False
+    path: bool = False
 
 
 UNSEEN = {"exec", "eval", "globals", "locals", "vars", "run_line_magic"}
@@ -34,6 +40,13 @@ def names(node: ast.stmt) -> Names:
     changed = {part.target.id for part in ast.walk(plain) if isinstance(part, ast.AugAssign) and _is_name(part.target)}
     found = Names(set() if isinstance(plain, ast.Delete) else sets, uses | changed & sets)  # x += 1 looks x up
     _effects(plain, found)
+    if isinstance(plain, ast.FunctionDef):
+        body = Names(set(), set())
+        for part in plain.body:
+            _effects(part, body)
+        stored = (_root(part) for part in ast.walk(plain) if _is_stored(part))
+        given = {name for function, name in body.passes if function == "setattr"}
+        found.inside = (found.sets - {plain.name}).union(given, *stored)
     return found
 
 
@@ -45,18 +58,26 @@ def _effects(node, found):
                 found.changes |= {arg.id for arg in decorator.args if _is_name(arg)}
     if isinstance(node, ast.FunctionDef | ast.Lambda):
         return
-    if isinstance(node, ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store):
+    if _is_stored(node):
         found.changes |= _root(node)
+    if isinstance(node, ast.Attribute) and (_root(node), node.attr) in (({"sys"}, "path"), ({"os"}, "chdir")):
+        found.path = True
     if isinstance(node, ast.ImportFrom) and node.names[0].name == "*":
         found.anything = True
     if isinstance(node, ast.Call):
         called = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        found.calls |= {called} if _is_name(node.func) else set()
         found.anything = found.anything or called in UNSEEN
         found.passes |= {(called, arg.id) for arg in node.args if _is_name(arg)} if _is_name(node.func) else set()
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):  # a method that is called for what it changes
         found.changes |= _root(node.value.func)
     for child in ast.iter_child_nodes(node):
         _effects(child, found)
+
+
+def _is_stored(node):
+    """Whether it is an attribute or an item that gets a value."""
+    return isinstance(node, ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store)
 
 
 def _root(node):

@@ -210,8 +210,9 @@ def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
     steps = _without_stubs(steps)
     made = {name for step in steps for name in step.names.sets}
     imported = {name for step in steps if _is_import(step.node) for name in step.names.sets}
-    functions = {name for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given for name in s.names.sets}
-    chosen = {step for step in steps if _is_future(step.node) or source.WRITE in step.names.uses}  # any may need these
+    functions = {s.node.name: s.names.inside for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given}
+    # Any statement may need these.
+    chosen = {s for s in steps if s.names.path or _is_future(s.node) or source.WRITE in s.names.uses}
     while True:
         names = set(wanted).union(*(step.names.uses for step in chosen))
         unknown = names - made - set(dir(builtins))
@@ -237,8 +238,9 @@ def _serves(step, names, imported, functions):
     """Whether a step makes or changes one of the names."""
     if step.names.sets & names or (step.names.changes - imported) & names:
         return True
-    changing = {"setattr", "delattr"} | (functions if step.role in ("answer", "own") else set())
-    return any(function in changing and name in names for function, name in step.names.passes)
+    own = functions if step.role in ("answer", "own") else {}
+    changed = {name for function, name in step.names.passes if function in ("setattr", "delattr") or function in own}
+    return bool(changed.union(*(own[function] for function in step.names.calls & own.keys())) & names)
 
 
 def _is_future(node):

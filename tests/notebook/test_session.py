@@ -154,6 +154,16 @@ PLACES = {  # cells that leave f() == 1, whatever a student's programs made of t
     "a patching function": [
         ("answer-f", "class f:\n  def __new__(c): return c.g()\ndef add(c):\n  c.g = lambda: 1\nadd(f)")
     ],
+    "a function that sets it": [("answer-f", "def make():\n  global f\n  f = lambda: 1\nmake()")],
+    "a function that patches it": [
+        ("answer-f", "class f:\n  def __new__(c): return c.g()\ndef patch():\n  f.g = lambda: 1\npatch()")
+    ],
+    "a module in a folder": [
+        ("own", "import os\nos.makedirs('sub_folder', exist_ok=True)"),
+        ("own2", "import sys\nsys.path.append('sub_folder')\nos.makedirs('sub_folder', exist_ok=True)"),
+        ("own3", "%%writefile mod_two.py\ndef f(): return 1"),
+        ("answer-f", "from mod_two import f"),
+    ],
     "a patching decorator": [
         ("own", "def to(c):\n  def put(m): setattr(c, m.__name__, m)\n  return put"),
         ("answer-f", "class f:\n  def __new__(c): return c.g()"),
