@@ -21,7 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     status = "Exit status: 0 all passed, 1 something failed, 2 a file cannot be read."
     test = commands.add_parser("check", help="run the checks of notebooks", description=status)
-    test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK")
+    test.add_argument("notebooks", nargs="+", metavar="NOTEBOOK", help="files, patterns such as '*.ipynb', or folders")
     test.add_argument(
         "--timeout", type=float, default=60.0, metavar="SECONDS", help="of computing for each notebook (default 60)"
     )
@@ -45,9 +45,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _check(args):
     try:
-        from .notebook.check import check_all
+        from .notebook.check import check_all, expanded
 
-        return check_all(args.notebooks, args.timeout)
+        return check_all(expanded(args.notebooks), args.timeout)
     except KeyboardInterrupt:
         return 130
 

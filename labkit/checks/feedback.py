@@ -117,6 +117,8 @@ def sentence(error: BaseException) -> str:
     if isinstance(error, NotImplementedError):
         return LEFT_OVER if "still to be written" in str(error) and _is_left_over(error) else str(error) or TO_WRITE
     name = type(error).__name__ + (f": {text}" if text not in ("", "None") else "")
+    if isinstance(error, SyntaxError) and re.match(r"(<<<<<<<|=======|>>>>>>>)", error.text or ""):
+        return f"{name}.\nGit's conflict marks are in this cell: keep one of the two versions, and delete the marks."
     if isinstance(error, ValueError) and re.search(r"block_diag\([^*,()]+\)", _own_lines(error)):
         return f"{name}.\n`block_diag` takes blocks one by one: `block_diag(*blocks)`, with a star before the list."
     seen = f"{text}\n{own_line(error)}" if isinstance(error, IndexError) else text

@@ -8,6 +8,7 @@ import threading
 from argparse import Namespace
 from base64 import b64encode
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from .console import Progress
@@ -129,6 +130,7 @@ def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Name
     entries, unfits, notes = submissions.survey(paper.lab)
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
         raise CommandError(f"No submission holds {paper.lab}, but other labs: is --lab right?")
+    _know(args.regrade or (), entries)
     # What was to be graded anew when the grader was killed is entered already, and goes on.
     unfinished = book.unfinished(paper.lab)
     if unfinished:
@@ -193,6 +195,15 @@ def _refuse(book, paper, unfit):
     if id is None:
         id = book.add(*about, unfit.source, unfit.reason, paper.digest, unfit.when, False, [], {}, unfit.reason)
     book.choose(id, [], False)
+
+
+def _know(names, entries):
+    """Raise CommandError for a name that stands for no student."""
+    for name in names:
+        if not any(_asked_for([name], entry) for entry in entries):
+            near = get_close_matches(name, sorted({entry.student for entry in entries}), 3, 0.5)
+            meant = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
+            raise CommandError(f"--regrade: no student {name!r} has handed in this lab.{meant}")
 
 
 def _asked_for(regrade, entry):

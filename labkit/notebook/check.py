@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,17 @@ class Report:
     notes: list[str] = field(default_factory=list)
     slow: list[str] = field(default_factory=list)
     problem: str = ""
+
+
+def expanded(paths: Iterable[str]) -> list[str]:
+    """The notebooks that paths, patterns (which Windows' shells leave alone) and folders stand for."""
+    found: list[str] = []
+    for path in paths:
+        if os.path.isdir(path):
+            found += sorted(map(str, Path(path).glob("*.ipynb"))) or [path]
+        else:
+            found += [path] if os.path.exists(path) else sorted(glob(path, recursive=True)) or [path]
+    return found
 
 
 def check_all(paths: Iterable[str], seconds: float) -> int:

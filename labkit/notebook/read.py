@@ -61,12 +61,13 @@ def read(path: Path | str) -> list[Cell]:
     path = Path(path)
     try:
         if path.is_dir():
-            raise NotebookError(f"{path} is a folder, not a notebook.")
+            raise NotebookError(f"{path} is a folder without notebooks in it.")
         if path.stat().st_size > MAX_BYTES:
             raise NotebookError(f"{path} has more than {MAX_BYTES // 10**6} MB: clear its outputs and save it again.")
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise NotebookError(f"{path} does not exist.") from None
+        what = "fits no file" if re.search(r"[*?\[]", path.name) else "does not exist"
+        raise NotebookError(f"{path} {what}.") from None
     except OSError as error:
         raise NotebookError(f"{path} cannot be opened: {error.strerror or error}.") from None
     return cells_of(parse(raw, path), path)
@@ -84,6 +85,12 @@ def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = No
     except UnicodeDecodeError:
         raise NotebookError(f"{path} is not UTF-8 text, so it is not a notebook.") from None
     except json.JSONDecodeError as error:
+        if conflict := re.search(r"^(<<<<<<<|>>>>>>>) ", text, re.MULTILINE):
+            line = text[: conflict.start()].count("\n") + 1
+            raise NotebookError(
+                f"{path} is not a notebook any more: git's conflict marks are in it (line {line}). Keep one of the two "
+                "versions (`git checkout --ours` or `--theirs`, then the file's name), and save it again."
+            ) from None
         if text.startswith("{") and (not text.endswith("}") or error.pos >= len(text)):
             raise NotebookError(f"{path} ends in the middle: it was cut off when it was saved or sent.") from None
         raise NotebookError(f"{path} is not a notebook: line {error.lineno} is not JSON.") from None

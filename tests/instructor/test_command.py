@@ -257,6 +257,16 @@ def test_one_student_is_graded_anew_on_demand(small):
     assert "Ada: 16 of 20" in said and "Bela: " not in said
 
 
+def test_a_student_who_is_not_there_is_not_graded_anew(small):
+    before = (small / "out" / "grades.csv").read_bytes()
+    more = ["--regrade", "Ad"]
+    done = subprocess.run(
+        command(small / "class", "--out", small / "out", *more), capture_output=True, text=True, env=ENV
+    )
+    assert done.returncode == 2 and "no student 'Ad' has handed in this lab. Did you mean 'Ada'?" in done.stderr
+    assert (small / "out" / "grades.csv").read_bytes() == before
+
+
 def test_the_best_of_several_attempts(tmp_path):
     for number, book in enumerate([filled(), filled(answer_kf=None)]):
         path = as_file(tmp_path / "class" / "Ada" / f"{LAB} ({number}).ipynb", book)

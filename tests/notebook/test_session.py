@@ -31,6 +31,7 @@ BAD = {
     "is UTF-16 text": GOOD.encode("utf-16"),
     "not UTF-8": GOOD.encode() + b"\xff",
     "line 1 is not JSON": b"import numpy",
+    "git's conflict marks are in it (line 3)": b"{\n\n<<<<<<< HEAD\n}\n=======\n}\n>>>>>>> theirs\n",
     "ends in the middle": GOOD[: len(GOOD) // 2].encode(),
     "ends in the middle:": GOOD[:-1].encode(),
     "nested too deeply": b"[" * 200_000,
@@ -283,6 +284,11 @@ def test_a_cell_that_stops_is_told_if_it_matters(tmp_path):
     assert [problem.where for problem in told] == ["cell 'answer-f'"] and "g" in names and "f" not in names
     assert "cell 'answer-f', line 1:  def f(:" in told[0].lines
     assert left(tmp_path, ("answer-f", "def f(): pass\nexit()"), wanted="f")[0] == []
+
+
+def test_conflict_marks_in_a_cell_are_told(tmp_path):
+    told, _ = left(tmp_path, ("answer-f", "<<<<<<< HEAD\ndef f(): pass\n=======\n>>>>>>> theirs"), wanted="f")
+    assert "Git's conflict marks are in this cell" in told[0].lines[1]
 
 
 def test_copies_of_a_cell_are_told_apart(tmp_path):

@@ -129,3 +129,13 @@ def test_nbval_gives_the_same_verdict(tmp_path):
     failed = [line for line in nbval.stdout.splitlines() if line.startswith("FAILED")]
     assert nbval.returncode == 1 and failed and all("bad.ipynb" in line for line in failed)
     assert (cli.main(["check", str(good)]), cli.main(["check", str(bad)])) == (0, 1)
+
+
+def test_patterns_and_folders_stand_for_their_notebooks(tmp_path, capsys):
+    for name in ("b", "a"):
+        save(tmp_path / f"{name}.ipynb", released(LAB1))
+    for given in (tmp_path, tmp_path / "*.ipynb", tmp_path / "[ab].ipynb"):
+        status, out, _ = run(capsys, given)
+        assert status == 0 and out[-1] == "6 of 6 checks passed." and out[0].startswith("PASS  a ")
+    status, _, err = run(capsys, tmp_path / "c*.ipynb")
+    assert status == 2 and err == [f"ERROR  {tmp_path / 'c*.ipynb'} fits no file."]
