@@ -7,23 +7,22 @@ supplied by the cells of the lab as it was handed out, if they are given.
 import __future__
 
 import ast
-import builtins
 import inspect
 import linecache
 import re
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ..checks.feedback import LabError, explain
 from . import source
 from .limits import CALL, TimeUpError, cpu_limit
-from .names import Names, names
+from .names import names
+from .needed import Step, is_future, is_unfilled, needed
 from .read import Cell, labels
 from .shell import stand_ins
 
 STEP, ALL = 0.5, 0.8  # of the time for a notebook's cells: what one statement may take, and all together
 FLAGS = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
-_DEFINITIONS = (ast.FunctionDef, ast.ClassDef)
 
 
 @dataclass(frozen=True)
@@ -41,20 +40,6 @@ class Call:
 
     check: str
     where: str
-
-
-@dataclass(eq=False)
-class Step:
-    """One statement at the top of a cell. label: of the cell;  given: whether it is the lab's own, not the student's;
-    unfilled: whether it defines something that is still to be written.
-    """
-
-    label: str
-    role: str
-    given: bool
-    node: ast.stmt
-    names: Names
-    unfilled: bool = False
 
 
 class Session:
@@ -99,7 +84,7 @@ class Session:
             code = source.python(cell.source)
             _remember(filename, cell.source if code.count("\n") <= cell.source.count("\n") + 1 else code)
             nodes = [part for node in source.statements(code, filename) for part in _parts(node)]
-            steps = [Step(label, cell.role, given, node, names(node), _is_unfilled(node)) for node in nodes]
+            steps = [Step(label, cell.role, given, node, names(node), is_unfilled(node)) for node in nodes]
         except (SyntaxError, ValueError, RecursionError) as error:
             _remember(filename, cell.source)
             if not given:
@@ -138,7 +123,7 @@ class Session:
         try:
             with cpu_limit(seconds) as limit:
                 code = compile(ast.Module([node], []), filename, "exec", self._flags, dont_inherit=True)
-                if _is_future(node):
+                if is_future(node):
                     self._flags |= getattr(__future__, node.names[0].name).compiler_flag
                 if code.co_flags & inspect.CO_COROUTINE:
                     import asyncio  # slow to load, and hardly a notebook needs it
@@ -196,56 +181,3 @@ def _check_of(node):
     call = node.value if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) else None
     is_check = call and getattr(call.func, "id", getattr(call.func, "attr", "")) == "check" and call.args
     return str(call.args[0].value) if is_check and isinstance(call.args[0], ast.Constant) else ""
-
-
-def _is_unfilled(node):
-    """Whether it defines a function or class in which a function still ends with `raise NotImplementedError`."""
-    functions = [f for f in ast.walk(node) if isinstance(f, ast.FunctionDef)] if isinstance(node, _DEFINITIONS) else []
-    ends = [f.body[-1].exc for f in functions if isinstance(f.body[-1], ast.Raise)]
-    return any("NotImplementedError" in ast.unparse(end) for end in ends if end)
-
-
-def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
-    """The steps that run: what the wanted names depend on, and what changes any of that."""
-    steps = _without_stubs(steps)
-    made = {name for step in steps for name in step.names.sets}
-    imported = {name for step in steps if _is_import(step.node) for name in step.names.sets}
-    functions = {s.node.name: s.names.inside for s in steps if isinstance(s.node, ast.FunctionDef) and not s.given}
-    # Any statement may need these.
-    chosen = {s for s in steps if s.names.path or _is_future(s.node) or source.WRITE in s.names.uses}
-    while True:
-        names = set(wanted).union(*(step.names.uses for step in chosen))
-        unknown = names - made - set(dir(builtins))
-        more = {s for s in steps if _serves(s, names, imported, functions) or s.names.anything and unknown} - chosen
-        if not more:
-            return [step for step in steps if step in chosen]
-        chosen |= more
-
-
-def _without_stubs(steps):
-    """The steps without parts that are still to be written and are written elsewhere: they replace nothing."""
-    written = {
-        name
-        for step in steps
-        if isinstance(step.node, _DEFINITIONS) or isinstance(step.node, ast.Assign) and step.role in ("answer", "own")
-        for name in step.names.sets
-        if not step.unfilled
-    }
-    return [step for step in steps if not (step.unfilled and step.names.sets <= written)]
-
-
-def _serves(step, names, imported, functions):
-    """Whether a step makes or changes one of the names."""
-    if step.names.sets & names or (step.names.changes - imported) & names:
-        return True
-    own = functions if step.role in ("answer", "own") else {}
-    changed = {name for function, name in step.names.passes if function in ("setattr", "delattr") or function in own}
-    return bool(changed.union(*(own[function] for function in step.names.calls & own.keys())) & names)
-
-
-def _is_future(node):
-    return isinstance(node, ast.ImportFrom) and node.module == "__future__"
-
-
-def _is_import(node):
-    return isinstance(node, ast.Import | ast.ImportFrom)
