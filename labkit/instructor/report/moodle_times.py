@@ -56,7 +56,7 @@ def dated(
     if told:
         notes.append(f"Times of handing in are those of {Path(worksheet or '').name}.")
     elif worksheet and stamps:
-        notes.append(f"{Path(worksheet).name} has no times of handing in that can be read.")
+        notes.append(f"{Path(worksheet).name} tells no times of handing in of these students that can be read.")
     without = [entry.student for entry in found if _student(entry) not in told]
     if stamps and without and (due or worksheet):
         notes.append(

@@ -97,4 +97,4 @@ def test_the_times_of_grades_are_not_those_of_handing_in(tmp_path):
     table = sheet(tmp_path, ("Ada", "-"), ("Bo", "-"))
     table.write_text(table.read_text().replace('"-",-', f'-,"{TIMES[0]}"'))
     found, notes = dated(given, table, "class.zip", None)
-    assert [entry.when for entry in found] == [None, None] and "no times of handing in" in notes[0]
+    assert [entry.when for entry in found] == [None, None] and "tells no times of handing in" in notes[0]
