@@ -35,7 +35,7 @@ def dated(
     """(entries with the times that hold for them, notes on where these are from).
 
     entries: each student's follow each other, the latest attempt last. A time of the worksheet goes before the
-    file's own, which is that of the download where all files are of one minute, and then none. Where the files' own
+    file's own, which is that of the download where all files are within a minute, and then none. Where the files' own
     hold, an earlier attempt keeps its own. Raises CommandError: the worksheet cannot be read.
     """
     stamps = [entry.when for entry in entries if entry.when]
@@ -73,8 +73,8 @@ def _of_files(submissions: str, real: bool, whose: str, tried: bool) -> str:
         return f"Times of handing in{whose} are those of the files in {submissions}."
     end = "" if tried else " Moodle's grading worksheet has the true times: give it with --moodle."
     return (
-        f"All files in {submissions} are of the same minute, as after a download, so when the hand-ins{whose} came is "
-        f"not known, and --due does not reach them.{end}"
+        f"All files in {submissions} are within a minute of each other, as after a download, so when the "
+        f"hand-ins{whose} came is not known, and --due does not reach them.{end}"
     )
 
 
