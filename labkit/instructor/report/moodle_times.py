@@ -116,7 +116,7 @@ def _behind_grades(sheet: Sheet) -> int:
     """The first column behind the one maximum that all rows share, or 0: due dates stand before it."""
     for column in range(1, len(sheet.header)):
         texts = {sheet.cell(row, column) for row in sheet.body()}
-        if len(texts) == 1 and re.fullmatch(r"\d+[.,]\d+", texts.pop()):
+        if len(texts) == 1 and re.fullmatch(r"\d+([.,]\d+)?", texts.pop()):
             return column + 1
     return 0
 

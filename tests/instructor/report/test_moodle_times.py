@@ -98,3 +98,14 @@ def test_the_times_of_grades_are_not_those_of_handing_in(tmp_path):
     table.write_text(table.read_text().replace('"-",-', f'-,"{TIMES[0]}"'))
     found, notes = dated(given, table, "class.zip", None)
     assert [entry.when for entry in found] == [None, None] and "tells no times of handing in" in notes[0]
+
+
+@pytest.mark.parametrize("most", ["20.00", "20"])
+def test_due_dates_of_single_students_are_not_times_of_handing_in(tmp_path, most):
+    given = entries(tmp_path, [("Ada", DOWNLOADED), ("Bo", DOWNLOADED)])
+    table = sheet(tmp_path, ("Ada", TIMES[0]), ("Bo", TIMES[0]))
+    due = '"Friday, 20 November 2026, 11:59 PM",'
+    text = table.read_text().replace("Status,", "Status,Due date,").replace(",,,20.00", f",,{due},{most}")
+    table.write_text(text)
+    found, _ = dated(given, table, "class.zip", None)
+    assert {entry.when for entry in found} == {datetime(2026, 11, 21, 0, 5)}
