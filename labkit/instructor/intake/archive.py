@@ -12,6 +12,7 @@ import zlib
 from datetime import datetime
 from itertools import islice
 from pathlib import Path
+from typing import IO, TypeAlias
 
 from ..records import CommandError, HandInError
 from .listing import MAX_FILES, Listing, Member, too_many
@@ -35,7 +36,10 @@ DAMAGE = (
 )
 
 
-def open_archive(path: Path | str) -> "Folder | Zip":
+Archive: TypeAlias = "Folder | Zip"
+
+
+def open_archive(path: Path | str) -> Archive:
     """The Folder or Zip at `path`; raises CommandError if it is neither, or cannot be read."""
     path = Path(path)
     try:
@@ -88,7 +92,7 @@ class Folder:
 
     def read(self, member: Member) -> bytes:
         """The bytes of a member; raises HandInError if they cannot be had or are too many."""
-        _check(member)
+        check(member)
         path, *identity = member.key
         flags = [getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY")]
         try:
@@ -97,7 +101,7 @@ class Folder:
                 # The very file that was listed: no link or folder took its place since.
                 if _no_file(info.st_mode) or [info.st_dev, info.st_ino] != identity:
                     raise HandInError(f"{_last(member)} was replaced while it was being read: start again.")
-                return _capped(file, member)
+                return capped(file, member)
         except OSError as error:
             raise HandInError(f"{_last(member)} cannot be opened: {error.strerror or error}.") from None
 
@@ -108,11 +112,11 @@ class Folder:
 class Zip:
     """The members of a zip file, which stays open until `close`, and `notes` on what was left aside."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, content: io.BytesIO | None = None) -> None:
         self.name = readable(path.name)
         self._listing = Listing(path)
         try:
-            self._file = _Bounded(io.FileIO(path))
+            self._file = _Bounded(content or io.FileIO(path))
         except OSError as error:
             raise CommandError(f"{path} cannot be opened: {error.strerror or error}.") from None
         try:
@@ -147,10 +151,10 @@ class Zip:
 
     def read(self, member: Member) -> bytes:
         """The bytes of a member; raises HandInError if they cannot be had or are too many."""
-        _check(member)
+        check(member)
         try:
             with self._zip.open(member.key) as file:
-                return _capped(file, member)
+                return capped(file, member)
         except DAMAGE:
             raise HandInError(f"{_last(member)} is damaged inside the zip: hand it in again.") from None
 
@@ -164,7 +168,7 @@ class _Bounded(io.BufferedReader):
 
     def read(self, size=-1):
         if size is not None and size > MAX_DIRECTORY:
-            raise CommandError(too_many(self.raw.name))
+            raise CommandError(too_many(getattr(self.raw, "name", "It")))
         return super().read(size)
 
 
@@ -172,14 +176,16 @@ def _too_large(name):
     return f"{name} has more than {MAX_BYTES // 10**6} MB: clear the outputs, save it and hand it in again."
 
 
-def _check(member):
+def check(member: Member) -> None:
+    """Raise HandInError for a member that is not to be read."""
     if member.wrong:
         raise HandInError(f"{_last(member)} {member.wrong}: hand in the notebook file itself.")
     if member.size > MAX_BYTES:
         raise HandInError(_too_large(_last(member)))
 
 
-def _capped(file, member):
+def capped(file: IO[bytes], member: Member) -> bytes:
+    """All bytes of an open member; raises HandInError if they are too many."""
     raw = bytearray()
     while piece := file.read(CHUNK):
         raw += piece

@@ -14,12 +14,13 @@ from typing import Self
 from ...notebook.read import Cell
 from ..records import CommandError, HandInError
 from .archive import open_archive
+from .choice import alike, choose
 from .handin import read_cells
 from .listing import Member
-from .names import listed, several, shorten
-from .owners import MAX_DEPTH, is_lab, is_notebook, is_other, owner_of, unwrapped
+from .names import several, shorten
+from .nested import Opened
+from .owners import MAX_DEPTH, is_lab, is_notebook, may_be_notebook, owner_of, unwrapped
 
-ARCHIVES = (".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".xz")
 MAX_BESIDE, MAX_BESIDE_BYTES = 50, 5_000_000  # files beside a notebook, and bytes of them in all
 NOT_THEIRS = {"site-packages", "node_modules", "venv", "env", "labkit"}  # installed or given out, not written
 
@@ -75,7 +76,7 @@ class Submissions:
 
     def __init__(self, path: Path | str) -> None:
         self._path = path
-        self._archive = open_archive(path)
+        self._archive = Opened(open_archive(path), path)
 
     def __enter__(self) -> Self:
         return self
@@ -92,7 +93,7 @@ class Submissions:
         students, notes = self._students(lab)
         entries, unfits = [], []
         for (student, identifier), found in students.items():
-            good, reason, odd = _choose(found.files, lab)
+            good, reason, odd = choose(found.files, lab)
             notes += [f"{student}: {text}" for text in odd]
             if reason:
                 unfits.append(Unfit(student, identifier, self._source(found.top), None, reason))
@@ -100,6 +101,7 @@ class Submissions:
             entries += [self._entry(student, identifier, pair, lab, twice) for pair in good]
             if len({member.parts[:-1] for _, member in good if len(member.parts) > 1}) > 1:
                 notes.append(f"{student}: notebooks in several folders count as attempts of one student.")
+        notes += alike([student for student, identifier in students if not identifier])
         if not entries and not unfits:
             known = "a download of Moodle or Canvas, a folder of notebooks with their students' names, or one with a"
             told = f"{self._path} holds no hand-ins: give {known} folder for each student."
@@ -148,7 +150,7 @@ class Submissions:
             identifier,
             self._source(member.path),
             shorten(owner.name),
-            None if owner.canvas else member.when,
+            owner.when or (None if owner.canvas else member.when),
             owner.late,
             tuple(notes),
             member,
@@ -183,38 +185,15 @@ class Submissions:
         typed = sum(own.typed for own in students.values())
         if typed:
             notes.append(f"Left aside what {typed} student{'s' * (typed > 1)} typed into the LMS as text.")
-        others = sum(not is_notebook(owner.name) for own in students.values() for owner, _ in own.files)
+        others = sum(
+            not (is_notebook(owner.name) or may_be_notebook(owner.name))
+            for own in students.values()
+            for owner, _ in own.files
+        )
         if others:
             what = "files that are not notebooks" if others > 1 else "file that is not a notebook"
             notes.append(f"Left aside {others} {what}.")
         return students, notes
-
-
-def _choose(files, lab):
-    """(good, reason, odd): the pairs that may be the hand-in, or why there are none, and what to note."""
-    wanted = f"hand in {lab}.ipynb."
-    books = [pair for pair in files if is_notebook(pair[0].name)]
-    mine = [pair for pair in books if is_lab(pair[0].name, lab)]
-    mine = mine or [pair for pair in books if not is_other(pair[0].name, lab)]
-    wrong = [f"{shorten(owner.name)} {_wrong(member)}" for owner, member in mine if _wrong(member)]
-    wrong = list(dict.fromkeys(wrong))
-    good = [pair for pair in mine if not _wrong(pair[1])]
-    good.sort(key=lambda pair: (pair[1].when or datetime.min, pair[0].upload))
-    if good:
-        return good, "", [f"{text}; it was left aside." for text in wrong]
-    if wrong:
-        return [], f"{wrong[0]}: hand in the notebook file itself.", []
-    names = [owner.name for owner, _ in books or files]
-    packed = [name for name in names if name.lower().endswith(ARCHIVES)]
-    if books:
-        reason = f"There is no notebook of lab {lab}, only {listed(names)}: {wanted}"
-    elif packed:
-        reason = f"There is no notebook beside {shorten(packed[0])}: take it out of there and {wanted}"
-    elif names:
-        reason = f"There is no notebook, only {listed(names)}: {wanted}"
-    else:
-        reason = f"There is no file: {wanted}"
-    return [], reason, []
 
 
 def _theirs(parts, member):
@@ -223,8 +202,3 @@ def _theirs(parts, member):
         return False
     odd = any(re.search(r'[\\:*?"<>|\ufffd]', part) for part in parts)
     return not odd and not any(part.lower() in NOT_THEIRS for part in parts[:-1])
-
-
-def _wrong(member):
-    folder = member.folder or any(map(is_notebook, member.parts[:-1]))
-    return "is a folder" if folder else member.wrong

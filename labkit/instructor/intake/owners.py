@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 
 from .listing import Member
 from .names import readable
@@ -12,11 +13,21 @@ MAX_DEPTH = 4  # folders inside a student's folder
 MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_(?P<plugin>[a-z]+)(?:_(?P<file>.*))?$")
 # Without an upload's number it is a text or a link that was typed in. The number never begins with 0,
 # so 'group_3_01_cartesian_ekf' is not Canvas's.
+# 'number-number - Ada Lovelace - Nov 20, 2026 1044 PM', a folder or the start of a file's name.
+BRIGHTSPACE = re.compile(
+    r"(?:(?P<id>\d+)-\d+ - )?(?P<name>.+?) - (?P<when>[A-Z][a-z]{2} \d{1,2}, \d{4} \d{3,4} ?[AP]M)(?: - (?P<file>.+))?$"
+)
+# 'Lab 1_alovelace_attempt_2026-11-20-22-44-10_file.ipynb', and a text of the same name without a file.
+BLACKBOARD = re.compile(
+    r".+?_(?P<name>[^_]+)_attempt_(?P<when>\d{4}(?:-\d\d){5})(?:_(?P<file>.+)|(?P<typed>\.txt))$", re.IGNORECASE
+)
 CANVAS = re.compile(
     r"(?:(?!LATE_)(?P<name>.+?)_)?(?P<late>LATE_)?(?P<id>\d+|anon_[^_]+)"
     r"_(?:(?P<upload>[1-9]\d*)_(?P<file>.+)|(?P<typed>(?:text|link)\.html))$"
 )
 OTHER = re.compile(r"(?<!\d)0\d[ _-][a-z]\w*", re.IGNORECASE)  # the name of any lab
+MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
+NOTEBOOK = re.compile(r"\.ipynb(\.txt|\.json)?$", re.IGNORECASE)  # systems and mail programs add an ending
 COPY = re.compile(r"(?:[ _-]+copy ?\d*|[ _-]*\(\d+\)|[ _-]+\d+)$", re.IGNORECASE)
 
 
@@ -30,6 +41,7 @@ class Owner:
     late: bool = False
     typed: bool = False
     upload: int = 0
+    when: datetime | None = None  # by the LMS's own name for the attempt
     canvas: bool = False
     apart: bool = False  # in a folder of the student's own
 
@@ -40,7 +52,7 @@ def unwrapped(members: Sequence[Member], lab: str) -> list[tuple[tuple[str, ...]
     for _ in range(MAX_DEPTH):
         tops = {parts[0] for parts, _ in pairs}
         inner = [(parts[1:], member) for parts, member in pairs if len(parts) > 1]
-        if len(tops) != 1 or not inner or MOODLE.match(*tops) or is_notebook(*tops):
+        if len(tops) != 1 or not inner or MOODLE.match(*tops) or BRIGHTSPACE.match(*tops) or is_notebook(*tops):
             return pairs
         # A notebook whose name is only the lab's needs the folder to tell whose it is.
         books = [parts for parts, member in inner if len(parts) == 1 and is_notebook(parts[0])]
@@ -69,6 +81,16 @@ def owner_of(parts: Sequence[str], folder: bool, lab: str) -> Owner | None:
         return Owner(student, number, name or match["file"] or "", typed=match["plugin"] != "file")
     if match := re.fullmatch(r"(Participant)[_ ](\d+)", top, re.IGNORECASE):
         return Owner(f"{match[1]} {match[2]}", match[2], name)
+    if match := BRIGHTSPACE.match(top):
+        when = _moment(match["when"].replace(" AM", "AM").replace(" PM", "PM"), "%b %d, %Y %I%M%p")
+        return Owner(readable(match["name"]), match["id"] or "", name or match["file"] or "", when=when)
+    if match := BLACKBOARD.match(top):
+        when = _moment(match["when"], "%Y-%m-%d-%H-%M-%S")
+        file = name or match["file"] or ""
+        return Owner(readable(match["name"]), "", file, when=when)  # its texts say no more than that
+    packed = top.lower().endswith(".zip") and len(parts) > 1
+    if packed and (owner := owner_of((f"{top[:-4]}.ipynb",), False, lab)):  # a zip that the LMS named for its student
+        return replace(owner, name=name)
     if len(parts) > 1 or folder and not is_notebook(top):
         return Owner(readable(top), "", name)
     match = CANVAS.match(top)
@@ -83,7 +105,8 @@ def owner_of(parts: Sequence[str], folder: bool, lab: str) -> Owner | None:
             int(match["upload"] or 0),
             canvas=True,
         )
-    student = _student(top[: -len(".ipynb")], lab) if is_notebook(top) else ""
+    named = is_notebook(top) or may_be_notebook(top) and is_lab(top, lab)
+    student = _student(re.sub(r"(?i)\.json$", "", NOTEBOOK.sub("", top)), lab) if named else ""
     return Owner(student, "", top) if student else None
 
 
@@ -99,7 +122,26 @@ def _student(stem, lab):
 
 def is_notebook(name: str) -> bool:
     """Whether the name ends as a notebook's does."""
-    return name.lower().endswith(".ipynb")
+    return NOTEBOOK.search(name) is not None
+
+
+def may_be_notebook(name: str) -> bool:
+    """Whether the name leaves it to the content."""
+    return name.lower().endswith(".json")
+
+
+def _moment(text, form):
+    """The time that a name tells, in the form of `strptime`; 'Nov' is the LMS's English whatever the locale."""
+    month = next((n for n, word in enumerate(MONTHS, 1) if text.startswith(word)), None)
+    if month:
+        text, form = f"{month:02}{text[3:]}", form.replace("%b", "%m")
+    hour = re.search(r" (\d{3})[AP]M$", text)
+    if hour:
+        text = text.replace(f" {hour[1]}", f" 0{hour[1]}")
+    try:
+        return datetime.strptime(text, form)
+    except ValueError:
+        return None
 
 
 def pattern_of(lab: str) -> re.Pattern[str]:
