@@ -1,9 +1,12 @@
 """The options of the instructors' commands, each with the function that runs it."""
 
 import argparse
+import math
 import re
 from datetime import date, datetime, time
 from typing import Any
+
+LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be right
 
 
 def add(commands: Any) -> None:
@@ -65,7 +68,7 @@ def _add_rules(one):
     )
     rules.add_argument("--regrade", nargs="+", metavar="STUDENT", help="grade these students anew, or: all")
     rules.add_argument(
-        "--seed", type=int, metavar="N", help="what students' inputs are drawn from (default: random, recorded)"
+        "--seed", type=_whole, metavar="N", help="what students' inputs are drawn from (default: random, recorded)"
     )
 
 
@@ -74,10 +77,10 @@ def _add_machine(one):
     machine.add_argument("--jobs", type=_positive, metavar="N", help="processes (default: one for each core)")
     machine.add_argument("--scheduler", metavar="ADDRESS", help="grade on a Dask cluster, such as tcp://host:8786")
     machine.add_argument(
-        "--call", type=float, default=10.0, metavar="SECONDS", help="for each call of students' code (default 10)"
+        "--call", type=_seconds, default=10.0, metavar="SECONDS", help="for each call of students' code (default 10)"
     )
     machine.add_argument(
-        "--total", type=float, default=60.0, metavar="SECONDS", help="for each submission (default 60)"
+        "--total", type=_seconds, default=60.0, metavar="SECONDS", help="for each submission (default 60)"
     )
     machine.add_argument("--level", type=int, choices=range(5), help="use no higher sandbox level than this")
     machine.add_argument("--weak-sandbox", action="store_true", help="go on at level 1")
@@ -98,6 +101,22 @@ def _time(text):
     except (ValueError, OverflowError, OSError):
         known = "write 2026-11-20T23:59, or 2026-11-20 for the end of that day"
         raise argparse.ArgumentTypeError(f"{text!r} is no time: {known}") from None
+
+
+def _whole(text):
+    if not re.fullmatch(r"\d{1,18}", text, re.ASCII):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 0 on")
+    return int(text)
+
+
+def _seconds(text):
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not LEAST <= seconds <= MOST:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds from {LEAST:g} to {MOST:g}")
+    return seconds
 
 
 def _positive(text):

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 
 import pytest
 
+from labkit import cli
 from labkit.instructor import options
 
 
@@ -29,3 +30,19 @@ def test_what_is_no_time_is_told_with_what_to_write(capsys, text):
     with pytest.raises(SystemExit):
         due(text)
     assert "write 2026-11-20T23:59, or 2026-11-20" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("option", "values"),
+    [
+        ("--seed", ["-1", "1.5", "x", "9" * 40]),
+        ("--call", ["0", "-3", "nan", "inf", "x", "1e9"]),
+        ("--total", ["0", "nan", "inf", "-1"]),
+        ("--jobs", ["0", "-1", "x"]),
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused(option, values, capsys):
+    for value in values:
+        with pytest.raises(SystemExit) as caught:
+            cli.main(["grade", "class", "--lab", "01_cartesian_ekf", "--out", "out", f"{option}={value}"])
+        assert caught.value.code == 2 and f"{value!r} is no " in capsys.readouterr().err
