@@ -33,7 +33,7 @@ UNSEEN = {"exec", "eval", "globals", "locals", "vars", "run_line_magic"}
 
 def names(node: ast.stmt) -> Names:
     """The Names of a statement."""
-    plain = _Plain().visit(ast.parse(ast.unparse(node)).body[0])
+    plain = ast.fix_missing_locations(_Plain().visit(ast.parse(ast.unparse(node)).body[0]))
     sets, uses = _of_table(_table(plain))
     if isinstance(plain, ast.ClassDef):
         uses = _used_by_class(plain)
@@ -125,9 +125,6 @@ class _Plain(ast.NodeTransformer):
 
     def visit(self, node):
         node = self.generic_visit(node)
-        return ast.fix_missing_locations(self._plain(node)) if isinstance(node, ast.stmt | ast.expr) else node
-
-    def _plain(self, node):
         if isinstance(node, ast.Await):
             return node.value
         if isinstance(node, ast.AsyncFor):

@@ -83,8 +83,7 @@ class Session:
         try:
             code = source.python(cell.source)
             _remember(filename, cell.source if code.count("\n") <= cell.source.count("\n") + 1 else code)
-            nodes = [part for node in source.statements(code, filename) for part in _parts(node)]
-            steps = [Step(label, cell.role, given, node, names(node), is_unfilled(node)) for node in nodes]
+            steps = [Step(label, cell.role, given, *found) for found in _analysed(code, filename, cell.source)]
         except (SyntaxError, ValueError, RecursionError) as error:
             _remember(filename, cell.source)
             if not given:
@@ -165,6 +164,17 @@ def _parses(text):
 
 def _remember(filename, text):
     linecache.cache[filename] = (len(text), None, text.splitlines(True), filename)
+
+
+_KNOWN: dict[str, list] = {}  # what was analysed before: a student's cells are mostly the lab's own
+
+
+def _analysed(code, filename, text):
+    """[(statement, its Names, whether it is a stub)] of a cell's code; raises SyntaxError or ValueError."""
+    if text not in _KNOWN:
+        nodes = [part for node in source.statements(code, filename) for part in _parts(node)]
+        _KNOWN[text] = [(node, names(node), is_unfilled(node)) for node in nodes]
+    return _KNOWN[text]
 
 
 def _parts(node):
