@@ -34,6 +34,8 @@ BAD = {
     "git's conflict marks are in it (line 3)": b"{\n\n<<<<<<< HEAD\n}\n=======\n}\n>>>>>>> theirs\n",
     "ends in the middle": GOOD[: len(GOOD) // 2].encode(),
     "ends in the middle:": GOOD[:-1].encode(),
+    "git's conflict marks are in it (line 2)": b"{\r\n||||||| base\r\n=======\r\n}",
+    "git's conflict marks are in it (line 2):": b"{\n=======\n}",
     "nested too deeply": b"[" * 200_000,
     "is JSON, but not a notebook": b"[1, 2]",
     "is JSON, but not a notebook.": b'{"nbformat": "4"}',

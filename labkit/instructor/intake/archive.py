@@ -45,6 +45,8 @@ def open_archive(path: Path | str) -> Archive:
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
+        if any(sign in path.name for sign in "*?["):
+            raise CommandError(f"{path} is a pattern: give the folder {path.parent} itself.") from None
         raise CommandError(f"{path} does not exist: give the folder or the zip of the submissions.") from None
     except (OSError, ValueError) as error:
         raise CommandError(f"{path} cannot be opened: {getattr(error, 'strerror', error)}.") from None

@@ -9,7 +9,7 @@ import pytest
 
 from labkit.instructor.intake.choice import alike
 from labkit.instructor.intake.collect import Submissions
-from labkit.instructor.records import HandInError
+from labkit.instructor.records import CommandError, HandInError
 
 from helpers.classroom import LAB, blank
 
@@ -127,3 +127,8 @@ def test_names_that_look_like_one_student_are_told():
     names = ["Ada Lovelace 2026-11-20", "Ada Lovelace 2026-11-21 attempt 2", "Bob", "Eva", "12", "13"]
     (note,) = alike(names)
     assert note.startswith("Ada Lovelace 2026-11-20, Ada Lovelace 2026-11-21 attempt 2 look like")
+
+
+def test_a_pattern_is_told_to_be_one(tmp_path):
+    with pytest.raises(CommandError, match="is a pattern: give the folder .* itself"):
+        Submissions(tmp_path / "*.ipynb")
