@@ -88,8 +88,8 @@ def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = No
         if conflict := re.search(r"^(<{7}|[|]{7}|={7}|>{7})(?=\s|$)", text, re.MULTILINE):
             line = text[: conflict.start()].count("\n") + 1
             raise NotebookError(
-                f"{path} is not a notebook any more: git's conflict marks are in it (line {line}). Keep one side of each "
-                "conflict, delete the marks, and save it again."
+                f"{path} is not a notebook any more: git's conflict marks are in it (line {line}). Keep one side of "
+                "each conflict, delete the marks, and save it again."
             ) from None
         if text.startswith("{") and (not text.endswith("}") or error.pos >= len(text)):
             raise NotebookError(f"{path} ends in the middle: it was cut off when it was saved or sent.") from None

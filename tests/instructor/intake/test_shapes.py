@@ -130,5 +130,5 @@ def test_names_that_look_like_one_student_are_told():
 
 
 def test_a_pattern_is_told_to_be_one(tmp_path):
-    with pytest.raises(CommandError, match="is a pattern: give the folder .* itself"):
+    with pytest.raises(CommandError, match=r"is a pattern: give the folder .* itself"):
         Submissions(tmp_path / "*.ipynb")
