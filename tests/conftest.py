@@ -13,30 +13,23 @@ sys.modules.setdefault("rfc3987_syntax", None)
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import matplotlib  # noqa: E402 - after the number of threads
+import pytest  # noqa: E402
 
 from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several folders
 
 # Figures are drawn and no window opens. Not by MPLBACKEND, which kernels started by tests would inherit.
 matplotlib.use("Agg")
 
-# Those that take minutes, the longest first: two processes then end at about the same time.
-LONG = [
-    "labs",
-    "command",
-    "corpus",
-    "marks",
-    "browser",
-    "team",
-    "checks",
-    "localizers",
-    "benchmarks",
-    "house",
-    "lab",
-    "pictures",
-    "release",
-]
+# Those that take long, the longest first: two processes then end at about the same time.
+LONG = ["corpus", "command", "browser", "processors", "labs", "marks", "team", "checks", "localizers", "handed_in"]
+LONG += ["lab", "benchmarks", "pictures", "release", "worker", "figures", "honesty", "house"]
+# Files whose tests share nothing that is slow to make: any process may take the next one.
+APART = {"test_processors", "test_labs", "test_marks", "test_team", "test_localizers", "test_handed_in", "test_worker"}
 
 
 def pytest_collection_modifyitems(items):
     rank = {f"test_{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONG)))
+    for item in items:
+        if item.path.stem not in APART:
+            item.add_marker(pytest.mark.xdist_group(str(item.path)))
