@@ -114,31 +114,32 @@ class Local:
                 held[id][""] = news
             else:
                 yield news
+        for part in (slice(0, 1), slice(1, None)) if held else ():
+            self._again(room, [job for job in jobs if job.id in held], held, part)
+        for news in held.values():
+            yield from (one for check, one in news.items() if check)
+            yield news[""]
+
+    def _again(self, room, jobs, held, part):
+        """Try these checks (a part) of held submissions again, one after the other, and put what comes into `held`.
+
+        held: {job id: {check: news, "": how it ended}}. Who was stopped again is not tried with other checks.
+        """
+        todo = []
         for job in jobs:
-            if job.id in held:
-                yield from self._alone(room, job, held[job.id])
-
-    def _alone(self, room, job, held):
-        """The news of a submission some of whose marks are `held` {check: news}, with its end under ''."""
-        checks, (kind, _, _) = [check for check in held if check], held[""]
-        for part in (checks[:1], checks[1:]) if kind == "done" else ():
-            marks = self._again(room, job, part)
-            held |= marks
-            if any(item.get("stopped") for _, _, item in marks.values()):
-                break
-        yield from (held[check] for check in checks)
-        yield held[""]
-
-    def _again(self, room, job, checks):
-        """{check: news} of some checks of a submission, none if the grading process ends."""
-        done = frozenset(cell.id for cell in room.paper.cells if cell.id not in checks)
-        try:
-            news = list(self._runners[0].grade(room, [replace(job, done=done)], self.runtime)) if checks else []
-        except (OSError, ValueError):
-            self._runners[0].end()
-            self._runners[0] = Runner(self._scratch)
-            return {}
-        return {item["check"]: ("mark", id, item) for kind, id, item in news if kind == "mark"}
+            news = {check: item for check, (_, _, item) in held[job.id].items() if check}
+            again = part.start and next(iter(news.values())).get("stopped")
+            if held[job.id][""][0] == "done" and not again and (checks := list(news)[part]):
+                done = frozenset(cell.id for cell in room.paper.cells if cell.id not in checks)
+                todo.append(replace(job, done=done))
+        for batch in batches(todo, 1):
+            try:
+                for kind, id, item in self._runners[0].grade(room, batch, self.runtime):
+                    if kind == "mark":
+                        held[id][item["check"]] = kind, id, item
+            except (OSError, ValueError):  # the first marks stay
+                self._runners[0].end()
+                self._runners[0] = Runner(self._scratch)
 
     def _together(self, room, jobs):
         waiting: queue.SimpleQueue = queue.SimpleQueue()

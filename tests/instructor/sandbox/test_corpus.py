@@ -73,9 +73,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "0.7",
+        "1",
         "--total",
-        "2",
+        "4",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
