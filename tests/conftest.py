@@ -21,10 +21,8 @@ from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several fo
 matplotlib.use("Agg")
 
 # Those that take long, the longest first: two processes then end at about the same time.
-LONG = ["corpus", "command", "browser", "processors", "labs", "marks", "team", "checks", "localizers", "handed_in"]
+LONG = ["command", "processors", "corpus", "browser", "labs", "marks", "team", "checks", "localizers", "handed_in"]
 LONG += ["lab", "benchmarks", "pictures", "release", "worker", "figures", "honesty", "house"]
-# Files whose tests share nothing that is slow to make: any process may take the next one.
-APART = {"test_processors", "test_labs", "test_marks", "test_team", "test_localizers", "test_handed_in", "test_worker"}
 # Files that as a whole take more than a few seconds, although each of their tests is quick.
 SLOW = {
     "test_pictures",
@@ -37,12 +35,11 @@ SLOW = {
 }
 
 
-@pytest.hookimpl(tryfirst=True)  # before tests are chosen by their marks
+def pytest_itemcollected(item):
+    if item.path.stem in SLOW:
+        item.add_marker(pytest.mark.slow)
+
+
 def pytest_collection_modifyitems(items):
     rank = {f"test_{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONG)))
-    for item in items:
-        if item.path.stem in SLOW:
-            item.add_marker(pytest.mark.slow)
-        if item.path.stem not in APART:
-            item.add_marker(pytest.mark.xdist_group(str(item.path)))
