@@ -21,11 +21,12 @@ ENDED = "Python itself ended here."
 
 @dataclass
 class Report:
-    """What came of one notebook. checks: all that are to run;  verdicts: {check: lines}, none where it passed;
+    """What came of one notebook. checks: those that are to run, None while unknown;
+    verdicts: {check: lines}, [] if passed;
     notes: what else the student should know;  problem: why nothing could be done.
     """
 
-    checks: list[str] = field(default_factory=list)
+    checks: list[str] | None = None
     verdicts: dict[str, list[str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     slow: list[str] = field(default_factory=list)
@@ -50,8 +51,8 @@ def check_all(paths: Iterable[str], seconds: float) -> int:
         report = check_one(path, seconds)
         show(Path(path).stem, report)
         good = sum(not lines for lines in report.verdicts.values())
-        status = UNREADABLE if report.problem else PASSED if good == len(report.checks) else FAILED
-        worst, passed, total = max(worst, status), passed + good, total + len(report.checks)
+        status = UNREADABLE if report.problem else PASSED if good == len(report.verdicts) else FAILED
+        worst, passed, total = max(worst, status), passed + good, total + len(report.verdicts)
     if total:
         print(f"{passed} of {total} checks passed.")
     return worst
@@ -77,9 +78,10 @@ def check_one(path: str, seconds: float) -> Report:
     report = Report()
     while True:
         running, why = _run(path, seconds, report)
-        rest = [check for check in report.checks if check not in report.verdicts]
+        rest = [check for check in report.checks or () if check not in report.verdicts]
         if not report.checks:
-            report.problem = report.problem or f"{path} holds no check: is it one of the lab notebooks?"
+            none = f"{path} holds no check: is it one of the lab notebooks?"
+            report.problem = report.problem or (none if report.checks is not None else f"{path}: {why}")
         if not rest:
             return report
         for check in [running] if running in rest else rest:

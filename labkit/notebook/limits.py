@@ -41,7 +41,8 @@ def cpu_limit(seconds: float) -> Iterator[Limit]:
                     limit.reached = True
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(TimeUpError))
 
-    threading.Thread(target=watch, daemon=True).start()
+    with contextlib.suppress(RuntimeError):  # the code has taken all threads; it is then stopped from outside only
+        threading.Thread(target=watch, daemon=True).start()
     try:
         yield limit
     finally:

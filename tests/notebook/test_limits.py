@@ -1,5 +1,6 @@
 """Limits of time: code is stopped where it computes too long, and nothing comes after the end."""
 
+import threading
 import time
 
 import pytest
@@ -48,6 +49,16 @@ def test_nothing_comes_after_the_end():
         except TimeUpError:
             pass
         busy(0.002)  # would meet one that came late
+
+
+def test_without_a_thread_the_code_runs(monkeypatch):
+    def none(thread):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", none)
+    with cpu_limit(0.01) as limit:
+        busy(0.02)
+    assert not limit.reached and limit.spent >= 0.02
 
 
 def test_a_trace_function_is_no_trouble():

@@ -1,11 +1,13 @@
 """`labkit check` from the shell: lines, exit status, endless loops, and the same verdict as nbval."""
 
+import queue
 import subprocess
 import sys
 
 import pytest
 
 from labkit import cli
+from labkit.notebook import check
 
 from helpers.notebooks import LAB1, LAB2, code, released, save
 
@@ -129,6 +131,14 @@ def test_nbval_gives_the_same_verdict(tmp_path):
     failed = [line for line in nbval.stdout.splitlines() if line.startswith("FAILED")]
     assert nbval.returncode == 1 and failed and all("bad.ipynb" in line for line in failed)
     assert (cli.main(["check", str(good)]), cli.main(["check", str(bad)])) == (0, 1)
+
+
+def test_a_process_that_ends_before_its_checks_are_known_is_no_notebook_without_checks(tmp_path, monkeypatch):
+    news = queue.SimpleQueue()
+    news.put(None)
+    child = subprocess.Popen([sys.executable, "-c", "pass"])
+    monkeypatch.setattr(check, "_child", lambda *about: (child, news))
+    assert check.check_one("a.ipynb", 5).problem == "a.ipynb: Python itself ended here."
 
 
 def test_patterns_and_folders_stand_for_their_notebooks(tmp_path, capsys):

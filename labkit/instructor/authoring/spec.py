@@ -75,6 +75,12 @@ def answers(cells: Sequence[Cell], forms: Sequence[Form] | None = None) -> str:
     return f"{imports(setup, needed)}\n{body}\n"
 
 
+def defined(cells: Sequence[Cell]) -> list[str]:
+    """The functions and classes that a lab's own answer cells define, filled in or not, in their order."""
+    nodes = [node for cell in cells if cell.code and cell.role == "answer" for node in ast.parse(cell.source).body]
+    return [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+
+
 def imports(source: str, needed: Container[str] | None) -> str:
     """The imports in a source, of the `needed` names if not None: matplotlib, for one, takes a second to load."""
     lines = []

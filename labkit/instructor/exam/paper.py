@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...notebook.read import Cell, NotebookError, read as read_notebook
-from ..authoring.spec import imports
+from ..authoring.spec import defined, imports
 from ..records import Check, CommandError
 from .exam import ROOT
 from .record import recorded
@@ -53,7 +53,7 @@ class Paper:
 def read(lab: str, root: Path = ROOT) -> Paper:
     """The Paper of a lab. Raises CommandError if there is none or if it cannot be used."""
     book, released = _books(lab, root)
-    subjects = _subjects(book)
+    subjects = defined(book)
     setup = _setup(book)
     found = recorded(root).get(lab, {})
     cells = [_check_cell(cell, subjects, found.get(cell.id, {})) for cell in book if _is_check_cell(cell)]
@@ -110,12 +110,6 @@ def _setup(book):
     hidden = [cell.source for cell in book if cell.code and _is_hidden(cell)]
     needed = {word for source in hidden for word in re.findall(r"\w+", source)}
     return [cell.source if _is_hidden(cell) else imports(cell.source, needed) for cell in book if _is_setup(cell)]
-
-
-def _subjects(book):
-    """The names that answers define, in order."""
-    nodes = [node for cell in book if cell.code and cell.role == "answer" for node in ast.parse(cell.source).body]
-    return [node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)]
 
 
 def _check_cell(cell, subjects, found):

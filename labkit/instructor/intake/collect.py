@@ -109,7 +109,7 @@ class Submissions:
         return entries, unfits, notes
 
     def read(self, entry: Entry) -> tuple[list[Cell], str]:
-        """(cells, SHA-256 of the file) of an entry; the cells still need `tidy`. Raises HandInError."""
+        """(cells, SHA-256 of the file) of an entry. Raises HandInError."""
         raw = self._archive.read(entry.member)
         return read_cells(raw, entry.name), hashlib.sha256(raw).hexdigest()
 

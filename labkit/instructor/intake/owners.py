@@ -88,6 +88,8 @@ def owner_of(parts: Sequence[str], folder: bool, lab: str) -> Owner | None:
         when = _moment(match["when"], "%Y-%m-%d-%H-%M-%S")
         file = name or match["file"] or ""
         return Owner(readable(match["name"]), "", file, when=when)  # its texts say no more than that
+    if top.lower().endswith(".zip") and len(parts) > 1 and (MOODLE.match(parts[1]) or BRIGHTSPACE.match(parts[1])):
+        return owner_of(parts[1:], folder, lab)  # the LMS's own download, in a folder
     packed = top.lower().endswith(".zip") and len(parts) > 1
     if packed and (owner := owner_of((f"{top[:-4]}.ipynb",), False, lab)):  # a zip that the LMS named for its student
         return replace(owner, name=name)

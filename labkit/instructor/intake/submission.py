@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...notebook.read import Cell, labels
+from ..authoring.spec import defined
 from ..records import HandInError
 from .names import listed
 from .written import written
@@ -46,12 +47,6 @@ def assemble(released: Sequence[Cell], cells: Sequence[Cell], files: Mapping[str
         notes = [f"Nothing in the notebook defines {listed(missing)}.", *notes]
     work.notes += notes
     return work
-
-
-def defined(released: Sequence[Cell]) -> list[str]:
-    """The functions and classes that a lab's answer cells define."""
-    code = [cell.source for cell in released if cell.code and cell.role == "answer"]
-    return [name for source in code for name in re.findall(r"(?m)^(?:class|def) (\w+)", source)]
 
 
 def _makes(text, name):

@@ -29,11 +29,13 @@ def written(released: Sequence[Cell], cells: Sequence[Cell]) -> tuple[dict[str, 
         reader.read(cell, lab)
     answers, notes = {}, []
     for id in lab.questions:
-        text = "\n\n".join(reader.found.get(id) or reader.code.get(id, []))
-        if len(_ATTACHED.sub("", text)) > LONGEST:
+        pieces, left, shown = reader.found.get(id) or reader.code.get(id, []), LONGEST, []
+        for text, pictures in pieces:
+            shown.append(_with_pictures(text[:left], pictures))
+            left -= min(len(text), left)
+        if sum(len(text) for text, _ in pieces) > LONGEST:
             notes.append(f"Of cell '{id}' only the first {LONGEST} characters are shown.")
-            text = text[:LONGEST]
-        answers[id] = _with_pictures(text, reader.pictures)
+        answers[id] = "\n\n".join(filter(None, shown))
     if reader.strays and not all(answers.values()):
         places = ", ".join(reader.strays[:5])
         notes.append(f"Text that stands under no question and was not taken for an answer: {places}.")
@@ -61,14 +63,14 @@ class _Lab:
 
 
 class _Reader:
-    """Goes through the cells. found, code: {question: pieces of text, and of code};  strays: where other text stands;
-    pictures: {name: (type, base64)}.
+    """Goes through the cells. found, code: {question: pieces of text, and of code, each with its cell's pictures};
+    strays: where other text stands;  pictures: of the cell that is read, {name: (type, base64)}.
     """
 
     def __init__(self) -> None:
         self.question = ""
-        self.found: dict[str, list[str]] = {}
-        self.code: dict[str, list[str]] = {}
+        self.found: dict[str, list[tuple[str, dict]]] = {}
+        self.code: dict[str, list[tuple[str, dict]]] = {}
         self.strays: list[str] = []
         self.pictures: dict[str, tuple[str, str]] = {}
 
@@ -81,7 +83,7 @@ class _Reader:
             if not known and self.question:
                 self._add_code(cell.source)
             return
-        self._remember_pictures(cell)
+        self.pictures = _pictures(cell)
         own: list[str] = []
         for line in cell.source.splitlines():
             text = line.strip()
@@ -101,26 +103,32 @@ class _Reader:
             self.strays.append(f"{cell.label} ({shorten(' '.join(text.split()), 40)})")
         elif text:
             is_code = cell.code and not _is_prose(text)
-            self.found.setdefault(self.question, []).append(_fenced(text) if is_code else _bare(text, cell.code))
+            self._keep(self.found, _fenced(text) if is_code else _bare(text, cell.code))
         return []
 
     def _add_code(self, source):
         if not source.strip():
             return
         if _is_prose(source):
-            self.found.setdefault(self.question, []).append(_bare(source.strip(), True))
+            self._keep(self.found, _bare(source.strip(), True))
         else:
-            self.code.setdefault(self.question, []).append(_fenced(source.strip()))
+            self._keep(self.code, _fenced(source.strip()))
 
-    def _remember_pictures(self, cell):
-        attachments = cell.stored.get("attachments")
-        for name, kinds in attachments.items() if isinstance(attachments, dict) else ():
-            for kind in SHOWN:
-                data = kinds.get(kind) if isinstance(kinds, dict) else None
-                if isinstance(data, list):
-                    data = "".join(part for part in data if isinstance(part, str))
-                if isinstance(data, str):
-                    self.pictures[name] = (kind, re.sub(r"\s", "", data))
+    def _keep(self, where, text):
+        where.setdefault(self.question, []).append((text, self.pictures))
+
+
+def _pictures(cell):
+    """{name: (type, base64)} of what is attached to a cell; Jupyter calls the first one of each cell image.png."""
+    attachments, found = cell.stored.get("attachments"), {}
+    for name, kinds in attachments.items() if isinstance(attachments, dict) else ():
+        for kind in SHOWN:
+            data = kinds.get(kind) if isinstance(kinds, dict) else None
+            if isinstance(data, list):
+                data = "".join(part for part in data if isinstance(part, str))
+            if isinstance(data, str):
+                found[name] = (kind, re.sub(r"\s", "", data))
+    return found
 
 
 def _with_pictures(text, pictures):

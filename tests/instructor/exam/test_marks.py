@@ -73,6 +73,7 @@ def test_every_right_form_gets_all_points_whatever_is_drawn(lab):
     for name, book in books.items():
         subject = right.get(name, ("",))[0]  # a form of `stack` that the solution's KF cannot use is right all the same
         about = {check for check, names in uses.items() if not subject or subject in names}
+        assert about, name
         for check, error in examine(lab, book, name, seed=11, only=about).items():
             if error is not None:
                 bad[name, check] = error

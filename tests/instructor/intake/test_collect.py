@@ -21,7 +21,7 @@ from labkit.instructor.records import CommandError, HandInError
 from labkit.notebook.read import Cell
 
 LAB, IDS = "01_cartesian_ekf", {"answer-kf": True, "answer-q1": False}
-RELEASED = [Cell(n, id, "answer", code, "to do") for n, (id, code) in enumerate(IDS.items(), 1)]
+RELEASED = [Cell(n, id, "answer", code, "# to do") for n, (id, code) in enumerate(IDS.items(), 1)]
 A_FILE = "Ada Lovelace_123_assignsubmission_file_"
 TIME = (2025, 3, 4, 5, 6, 8)
 ALL = Rules("best")

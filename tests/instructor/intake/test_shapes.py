@@ -98,6 +98,12 @@ def test_a_zip_in_the_zip(tmp_path, place, inside):
         assert submissions.beside(entry) == {"mine.py": b"x = 1"}
 
 
+def test_the_downloads_zip_in_a_folder(tmp_path):
+    inner = zipped({f"{name}_{n}_assignsubmission_file/{NB}": BOOK for n, name in enumerate(["Ada", "Bob"], 11)})
+    found, unfit, _ = handed_in(tmp_path, {"moodle.zip": inner, f"Eva/{NB}": BOOK})
+    assert unfit == {} and found.keys() == {"Ada", "Bob", "Eva"}
+
+
 HOSTILE = {
     "no zip": b"PK\x03\x04 nothing",
     "a zip in it": zipped({"more.zip": zipped({NB: BOOK})}),

@@ -4,7 +4,8 @@ import copy
 
 import pytest
 
-from labkit.instructor.intake.submission import assemble, defined
+from labkit.instructor.authoring.spec import defined
+from labkit.instructor.intake.submission import assemble
 from labkit.instructor.intake.written import written
 from labkit.instructor.records import HandInError
 from labkit.notebook.read import cells_of
@@ -127,6 +128,17 @@ def test_pictures_come_along(released):
     assert "(attachment:no.png)" in answer and "(attachment:page.html)" in answer
     turned("answer-q1", attachments={"plot.png": {"image/png": '"><script>'}})(book["cells"])
     assert written(released, cells_of(book))[0]["answer-q1"] == text
+
+
+def test_each_answer_has_the_picture_of_its_own_cell(released):
+    """Jupyter calls the first picture that is pasted into a cell image.png, in every cell."""
+    book, other = filled(), "R0lGODlhAQABAAAAACw="
+    for id, kind, data in (("answer-q1", "png", DOT), ("answer-landmarks", "gif", other)):
+        attached = {"image.png": {f"image/{kind}": data}}
+        turned(id, source="![image.png](attachment:image.png)", attachments=attached)(book["cells"])
+    answers, _ = written(released, cells_of(book))
+    assert DOT in answers["answer-q1"] and other not in answers["answer-q1"]
+    assert other in answers["answer-landmarks"] and DOT not in answers["answer-landmarks"]
 
 
 @pytest.mark.parametrize("lab", LABS)
