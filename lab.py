@@ -234,7 +234,8 @@ def install(needs):
     python = program("python")
     pip = [python, "-m", "pip", "install"]
     uv = shutil.which("uv", path=environment()["PATH"])
-    with_uv = [uv or program("uv"), "pip", "install", "--python", python]
+    # What is compiled now need not be at the first start of the lab, nor each time where nothing may be written.
+    with_uv = [uv or program("uv"), "pip", "install", "--compile-bytecode", "--python", python]
     steps = (["--require-hashes", "-r", needs], ["--no-deps", "--editable", "."])
     first_that_works(
         [([] if uv else [pip + ["uv"]]) + [with_uv + step for step in steps], [pip + step for step in steps]]

@@ -125,10 +125,18 @@ def main() -> None:
     lines = iter(sys.stdin.readline, "")
     for line in lines:
         folder = json.loads(line)["folder"]
-        os.environ["IPYTHONDIR"] = os.path.join(folder, "ipython")  # no start-up files of the person's own
+        os.environ["IPYTHONDIR"] = _profile(folder)
         code = grade(folder, news)
         news({"end": folder, "code": int(code)})
     os._exit(0)
+
+
+def _profile(folder):
+    """A folder for IPython: no start-up files of the person's own, and no database of what was run."""
+    profile = Path(folder, "ipython", "profile_default")
+    profile.mkdir(parents=True)
+    (profile / "ipython_kernel_config.py").write_text("c.HistoryManager.enabled = False\n", encoding="utf-8")
+    return str(profile.parent)
 
 
 def watch(parent: int) -> None:

@@ -1,5 +1,6 @@
 """How a worker process is shut in: the ways there are, and the command that starts one."""
 
+import compileall
 import contextlib
 import os
 import shutil
@@ -160,6 +161,7 @@ def make_runtime(folder: str | Path) -> str:
         copy = target / path.relative_to(kit)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, copy)
+    compileall.compile_dir(target, quiet=2)  # once, and not in each worker, which may not write here
     for path in (Path(folder), target, *target.rglob("*/")):
         path.chmod(0o755 if path.is_dir() else 0o644)
     return str(folder)
