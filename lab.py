@@ -43,7 +43,7 @@ FULL_HELP = """\
   python3 lab.py grade|release|sandbox|build ...   the labkit command, for instructors
 """
 # How long the tests take on two quiet cores [s, minutes], to be measured anew when they change much.
-QUICK_TESTS, ALL_TESTS = 60, 10
+QUICK_TESTS, ALL_TESTS = 50, 7
 FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.
@@ -284,11 +284,16 @@ def open_jupyterlab(options):
     return hand_over(command + options, HOME)
 
 
+def test_processes():
+    """One more than there are processors, since some tests wait; as a text."""
+    return str(min(os.cpu_count() or 1, 8) + 1)
+
+
 def run_tests(options):
     set_up(TEST_NEEDS)
     # Files stay together for the set-up that their tests share, and come in the order of tests/conftest.py. The
     # plugin of nbval takes 3 seconds to load, and only pytests that tests start need it.
-    command = ["-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval"]
+    command = ["-n", test_processes(), "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval"]
     if "--quick" in options:
         command += ["-m", "not slow and not browser"]
         options = [option for option in options if option != "--quick"]

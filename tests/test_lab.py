@@ -202,7 +202,7 @@ def test_help_names_every_command(project):
         (
             ["test", "-k", "a b"],
             "pytest",
-            ["-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval", "-k", "a b"],
+            ["-n", lab.test_processes(), "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval", "-k", "a b"],
         ),
         (["test", "--quick", "-x"], "pytest", ["-m", "not slow and not browser", "-x"]),
         (["--no-browser", "--port=9"], "jupyterlab", ["--no-browser", "--port=9"]),

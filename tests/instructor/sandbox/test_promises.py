@@ -92,7 +92,7 @@ def test_folders_are_bound_once():
 def test_a_worker_has_the_kit_without_its_numbers_and_the_grader(tmp_path):
     make_runtime(tmp_path)
     kit = tmp_path / "labkit"
-    assert (kit / "log.py").is_file() and {path.suffix for path in kit.rglob("*") if path.is_file()} == {".py", ".toml"}
+    assert (kit / "log.py").is_file() and {path.suffix for path in kit.rglob("*") if path.is_file()} == {".py", ".pyc", ".toml"}
     wing = {str(path.relative_to(kit / "instructor")) for path in (kit / "instructor").rglob("*.py")}
     assert wing == {f"{name}.py" for name in INSIDE} and {str(Path(name).parent) for name in wing} == {".", "sandbox"}
     text = "".join(path.read_text(encoding="utf-8") for path in (kit / "instructor").rglob("*.py"))
