@@ -23,6 +23,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 NEEDS = ("requirements.txt", "tests/requirements.txt")
+PROCESSES = str(min(os.cpu_count() or 1, 8) + 1)
 posix = pytest.mark.skipif(os.name == "nt", reason="needs shell scripts or POSIX signals")
 
 STAND_IN = """\
@@ -202,7 +203,7 @@ def test_help_names_every_command(project):
         (
             ["test", "-k", "a b"],
             "pytest",
-            ["-n", lab.test_processes(), "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval", "-k", "a b"],
+            ["-n", PROCESSES, "--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:nbval", "-k", "a b"],
         ),
         (["test", "--quick", "-x"], "pytest", ["-m", "not slow and not browser", "-x"]),
         (["--no-browser", "--port=9"], "jupyterlab", ["--no-browser", "--port=9"]),
