@@ -38,7 +38,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Mark:
-    """What one check gave; points is None while a written answer waits to be read.
+    """What one check gave; points is None while a written answer waits to be read, or the check to be run.
 
     status  one of the seven words above; only 'passed' and 'by hand' give points.
     reason  a sentence for the student, '' when passed.
@@ -97,7 +97,12 @@ class Result:
     @property
     def open(self) -> int:
         """How many written answers wait to be read."""
-        return sum(mark.points is None for mark in self.marks)
+        return sum(mark.points is None and mark.status == OPEN for mark in self.marks)
+
+    @property
+    def ungraded(self) -> int:
+        """How many checks were not run, through no fault of the student: there are no points to tell yet."""
+        return sum(mark.points is None and mark.status != OPEN for mark in self.marks)
 
     @property
     def blank(self) -> int:

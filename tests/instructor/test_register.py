@@ -7,11 +7,12 @@ from datetime import datetime
 
 import pytest
 
-from labkit.instructor.command import register, take_hand_marks
+from labkit.instructor.command import take_hand_marks
 from labkit.instructor.exam import paper
 from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.intake.submission import LONGEST
 from labkit.instructor.records import BY_HAND, OPEN, CommandError, Mark
+from labkit.instructor.register import register
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.report.tables import GRADES
 

@@ -10,7 +10,7 @@ from urllib.parse import quote
 from ..records import BLANK, ERROR, FAILED, NOT_RUN, PASSED, Check, Mark, Result
 from .names import labels
 from .pages import LOOKS, render
-from .texts import plain
+from .texts import counted, plain
 
 SIGNS = (PASSED, FAILED, NOT_RUN, ERROR)
 LEFT, WIDTH, TALLEST = 10, 700, 110  # of the chart's bars, in units of its drawing
@@ -95,7 +95,7 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
         waiting=sum(result.open for result in graded),
         blank=sum(result.blank for result in graded),
         levels=sorted(Counter(result.level for result in graded).items(), reverse=True),
-        spread=_spread(graded),
+        spread=_spread([result for result in graded if not result.ungraded]),
         mistakes=_mistakes(graded, checks),
         coded=[_coded(check, _marks(graded, check)) for check in coded],
         written=[_written(check, _marks(graded, check)) for check in checks if check.hand],
@@ -165,6 +165,7 @@ def _student(label: str, link: str, result: Result, coded: Sequence[Check]) -> S
     given = {mark.check: mark.status for mark in result.marks}
     status = [given.get(check.id, NOT_RUN) for check in coded]
     remarks = [*["could not be graded"] * bool(result.problem), *["late"] * result.late]
+    remarks += [f"{counted(result.ungraded, 'check')} could not be run"] if result.ungraded else []
     remarks += [f"{result.open} to be read"] if result.open else []
     remarks += [f"{result.blank} without an answer"] if result.blank else []
     signs = "".join((LOOKS.get(one) or LOOKS[NOT_RUN]).sign for one in status)

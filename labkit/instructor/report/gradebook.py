@@ -3,18 +3,17 @@
 Each mark is committed when it comes, so that a grader that is killed has lost nothing and doubles nothing.
 """
 
-import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..records import ERROR, Check, Mark, Result
+from .kept import SENTENCE, fit, pack, unpack
 from .marks import mark_of
 from .schema import connect
+from .texts import cut
 
 
 class Gradebook:
@@ -83,6 +82,7 @@ class Gradebook:
             "lab, student, identifier, source, digest, paper, handed_in, late, notes, answers, level, problem, "
             "done, current, added"
         )
+        problem, notes = cut(problem, SENTENCE), [cut(note, SENTENCE) for note in notes]
         known = (lab, student, identifier, source, digest, paper, when and when.isoformat(), int(late))
         row = (*known, json.dumps(notes), json.dumps(answers), 0, problem, int(bool(problem)), 0, _now())
         marks = ", ".join("?" * len(row))
@@ -107,12 +107,16 @@ class Gradebook:
             self.db.execute(now, (json.dumps(notes), int(late), when and when.isoformat(), id))
 
     def choose_best(self, lab: str) -> None:
-        """Let each student's submission with the most points count, of those that could be graded."""
+        """Let each student's submission with the most points count, of those that could be graded.
+
+        One of which a check could not be run may be the best: it stands, without points, until it is known.
+        """
         query = (
             "SELECT student, identifier, id, notes, late FROM submission s WHERE lab = ? AND problem = '' "
-            "ORDER BY (SELECT sum(points) FROM mark WHERE submission = s.id), id"
+            "ORDER BY EXISTS (SELECT 1 FROM mark WHERE submission = s.id AND status = ?), "
+            "(SELECT sum(points) FROM mark WHERE submission = s.id), id"
         )
-        best = {(student, identifier): chosen for student, identifier, *chosen in self._all(query, lab)}
+        best = {(student, identifier): chosen for student, identifier, *chosen in self._all(query, lab, ERROR)}
         with self:
             for id, notes, late in best.values():
                 self.choose(id, json.loads(notes), late)
@@ -152,8 +156,8 @@ class Gradebook:
         lines: Iterable[str] = (),
         mistake: str = "",
     ) -> None:
-        """Commit one mark; the first one counts, should it come twice."""
-        row = (id, check, points, status, reason, json.dumps(list(lines)), mistake, _now())
+        """Commit one mark, its texts cut; the first one counts, should it come twice."""
+        row = (id, check, points, status, *fit(reason, lines, mistake), _now())
         self.db.execute("INSERT OR IGNORE INTO mark VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def marked(self, id: int) -> set[str]:
@@ -163,10 +167,8 @@ class Gradebook:
     def finish(self, id: int, figure: Mapping[str, Any] | None = None) -> None:
         """All checks of a submission are marked. figure: that of `Result`, or None."""
         with self:
-            if figure:
-                packed = io.BytesIO()
-                np.savez_compressed(packed, **figure)
-                self.db.execute("INSERT OR REPLACE INTO figure VALUES (?, ?)", (id, packed.getvalue()))
+            if packed := pack(figure):
+                self.db.execute("INSERT OR REPLACE INTO figure VALUES (?, ?)", (id, packed))
             self.db.execute("UPDATE submission SET done = 1 WHERE id = ?", (id,))
 
     def hand(self, result: Result, check: str, points: float, reason: str) -> None:
@@ -238,10 +240,7 @@ class Gradebook:
     def figure(self, id: int) -> dict[str, Any]:
         """The figure of a submission's `Result`, {} if there is none."""
         rows = self._all("SELECT data FROM figure WHERE submission = ?", id)
-        if not rows:
-            return {}
-        with np.load(io.BytesIO(rows[0][0]), allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
+        return unpack(rows[0][0]) if rows else {}
 
 
 def _now() -> str:

@@ -33,7 +33,7 @@ def read_hand_marks(path: Path, results: Sequence[Result], notes: list[str] | No
     wrong: list[str] = []
     told: list[str] = []
     for line, row in sheet.lines():
-        cells = {name: unguard(row[c]).strip() if c < len(row) else "" for name, c in columns.items()}
+        cells = {name: unguard(row[c], sheet.comma).strip() if c < len(row) else "" for name, c in columns.items()}
         try:
             found = table.find(cells)
             if not found:
@@ -95,7 +95,8 @@ class _Written:
 
     def same(self, text: str, written: str) -> bool:
         """Whether the cell `text` still says `written`, but for letters that its encoding lacks."""
-        return squash(text) == squash(self.seen(clean(written)))
+        text, written = squash(text), squash(self.seen(clean(written)))
+        return unguard(text, ";") == unguard(written, ";")  # the table may have had other commas
 
 
 def _hand_mark(cells: Mapping[str, str], mark: Mark, table: _Written, told: list[str], where: str) -> Entry | None:

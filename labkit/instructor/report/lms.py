@@ -12,7 +12,11 @@ from typing import NamedTuple
 from ..records import CommandError, Result
 from .names import labels
 from .sheet import Sheet
-from .texts import listed, number, plain
+from .texts import counted, listed, number, plain
+
+UNREAD, FAILED = "written answers wait to be marked", "the submission could not be graded"
+UNKNOWN = "checks could not be run"
+WAITING = {UNREAD: "; --partial fills them in", UNKNOWN: "; run the same command again", FAILED: ""}  # what to do
 
 
 class Row(NamedTuple):
@@ -33,40 +37,43 @@ def fill(
     """Put each result into its row and return the report, a list of sentences.
 
     rows: {index: Row};  put(index, result) returns what it replaced. A result with written answers to be read is
-    left out unless `partial`; what a group handed in goes to each of its members.
+    left out unless `partial`, one with checks that could not be run always; what a group handed in goes to each of
+    its members.
     """
     names, (of, unclear) = labels(results), match(rows, results)
     shared = {at for at, count in Counter(of.values()).items() if count > 1}
-    filled, replaced, held, failed = [], [], [], []
-    stays: dict[str, list[str]] = {}  # reason: names of the rows
+    filled, replaced = [], []
+    stay: dict[str, list[str]] = {why: [] for why in WAITING}  # reason: names of the rows
     for row, at in of.items():
-        result, stay = results[at], rows[row].stay
         name = f"{rows[row].name or rows[row].identifier} ({names[at]})" if at in shared else names[at]
-        if stay:
-            stays.setdefault(stay, []).append(name)
-        elif result.problem:
-            failed.append(name)
-        elif result.open and not partial:
-            held.append(name)
-        else:
-            filled.append(name)
-            if old := put(row, result):
-                replaced.append(f"{name} ({' and '.join(old)})")
-    doubtful = [names[at] for at in unclear]
+        if why := _stays(rows[row], results[at], partial):
+            stay.setdefault(why, []).append(name)
+            continue
+        filled.append(name)
+        if old := put(row, results[at]):
+            replaced.append(f"{name} ({' and '.join(old)})")
     left = [names[at] for at in range(len(results)) if at not in of.values() and at not in unclear]
     without = [of_row.name or of_row.identifier for row, of_row in rows.items() if row not in of]
-    some = f"{len(filled)} student{'' if len(filled) == 1 else 's'}"
     told = (
         ("Something else was there before: {}.", replaced),
-        ("Left as they were, since written answers wait to be marked: {}; --partial fills them in.", held),
-        ("Left as they were, since the submission could not be graded: {}.", failed),
-        *((f"Left as they were, since the table says '{stay}': {{}}.", who) for stay, who in stays.items()),
+        *((f"Left as they were, since {why}: {{}}{WAITING.get(why, '')}.", who) for why, who in stay.items()),
         ("Graded, but not in the table: {}.", left),
-        ("Graded, but more than one row or result fits: {}; fill these in by hand.", doubtful),
+        ("Graded, but more than one row or result fits: {}; fill these in by hand.", [names[at] for at in unclear]),
         ("In the table without a graded submission: {}.", without),
     )
-    report = [f"Filled in: the {'grade' if len(filled) == 1 else 'grades'} of {some}."]
+    report = [f"Filled in: the {'grade' if len(filled) == 1 else 'grades'} of {counted(len(filled), 'student')}."]
     return report + [sentence.format(f"{len(who)} ({listed(who)})") for sentence, who in told if who]
+
+
+def _stays(row: Row, result: Result, partial: bool) -> str:
+    """Why a row stays as it was, '' if it gets its result."""
+    if row.stay:
+        return f"the table says '{row.stay}'"
+    if result.problem:
+        return FAILED
+    if result.ungraded:  # known by another run only, whatever is asked for
+        return UNKNOWN
+    return UNREAD if result.open and not partial else ""
 
 
 def match(rows: Mapping[int, Row], results: Sequence[Result]) -> tuple[dict[int, int], list[int]]:

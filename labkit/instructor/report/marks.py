@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 
-from ..records import BLANK, BY_HAND, NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
+from ..records import BLANK, BY_HAND, ERROR, NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
 from .texts import is_blank
 
 
@@ -18,8 +18,9 @@ def mark_of(check: Check, given: Mapping[str, tuple], hand: Mapping[str, tuple],
         blank = is_blank(result.answers.get(check.id, ""))
         return Mark(check.id, 0.0 if blank else None, check.points, BLANK if blank else OPEN)
     if check.id not in given:
-        return Mark(check.id, 0.0, check.points, NOT_RUN, "Not graded yet.")
+        return Mark(check.id, None, check.points, NOT_RUN, "Not graded yet.")
     points, status, reason, lines, mistake = given[check.id]
     if result.level == 0:
         reason = f"{reason} {UNSHUT}".strip()
+    points = None if status == ERROR else points  # the grader's trouble is no 0 of a student
     return Mark(check.id, points, check.points, status, reason, tuple(json.loads(lines)), mistake)

@@ -1,6 +1,5 @@
 """Moodle's grading worksheet, filled in."""
 
-import html
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from ..records import BLANK, BY_HAND, CommandError, Result
 from .lms import Row, decimal_comma, fill, fold, name_key, one_lab, only, put_grade
 from .sheet import Sheet
-from .texts import clean, final, guard, listed, number, plain
+from .texts import clean, final, guard_html, listed, number, plain
 
 LONGEST = 500  # characters of a feedback comment
 NO = {"no", "nein", "non", "nao", "нет"}
@@ -108,7 +107,7 @@ class _Worksheet:
         old = put_grade(self.sheet, index, self.grade, result, most, self.comma)
         if feedback is not None:
             # Moodle stores comments as HTML, in which '<' would begin a tag.
-            text = guard(html.escape(_comment(result), quote=False))
+            text = guard_html(_comment(result), self.sheet.comma)
             old += ["a comment"] * (self.cell(index, "feedback") not in ("", text))
             self.sheet.put(index, feedback, text)
         return old

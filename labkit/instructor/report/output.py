@@ -73,11 +73,13 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
     broken = sorted(((m.reason, r, m) for r in graded for m in r.marks if m.status == ERROR), key=lambda of: of[0])
     print()
     print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
+    whole = [result for result in graded if not result.ungraded]
+    if whole:
+        mean = sum(result.points for result in whole) / len(whole)
+        so_far = " so far" if any(result.open for result in whole) else ""
+        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in whole))} points{so_far};", end=" ")
     if graded:
-        mean = sum(result.points for result in graded) / len(graded)
         waiting, blank = sum(result.open for result in graded), sum(result.blank for result in graded)
-        so_far = " so far" if waiting else ""
-        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in graded))} points{so_far};", end=" ")
         print(f"{counted(waiting, 'written answer')} to be read (points go into {out / 'grades.csv'})", end="")
         print(f", {counted(blank, 'question')} without an answer, at 0 points." if blank else ".")
     for result in unfit:
@@ -85,9 +87,9 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
     for reason, alike in groupby(broken, key=lambda of: of[0]):
         (_, first, mark), *others = alike
         who = f"the first of {clean(first.student)}, {mark.check}"
-        print(f"{len(others) + 1} checks could not be run, {who}: {clean(reason)}")
+        print(f"{counted(len(others) + 1, 'check')} could not be run, {who}: {clean(reason)}")
     for sentence in told:
-        print(sentence)
+        print(clean(sentence))
     overview, to_mark = out / f"class-{paper.lab}.html", out / f"to-mark-{paper.lab}.html"
     print(f"See {overview} for the class, {to_mark} for the written answers.")
     return 1 if unfit or broken else 0

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import files
-from ..records import ERROR, OPEN, CommandError, Result
+from ..records import ERROR, CommandError, Result
 from .names import labels
 from .sheet import Sheet
-from .texts import guard, plain
+from .texts import counted, guard, plain
 
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
@@ -23,8 +23,9 @@ NUMBERS = {"points", "max_points", "percent"}
 def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> None:
     """Write one row a mark of `results`; an instructor may fill it in for `hand_marks.read_hand_marks`.
 
-    A student who could not be graded has one row, with status 'error'. excel: semicolons between cells and decimal
-    commas, as a spreadsheet of most of Europe and Latin America expects. Raises CommandError: it cannot be written.
+    A student who could not be graded has one row, with status 'error'; points that are not known are empty. excel:
+    semicolons between cells and decimal commas, as a spreadsheet of most of Europe and Latin America expects. Raises
+    CommandError: it cannot be written.
     """
     rows = []
     for name, result in zip(labels(results), results):
@@ -32,7 +33,7 @@ def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> 
             rows.append((name, result.lab, "", "", "", ERROR, result.problem))
             continue
         for mark in result.marks:
-            points, status = ("", OPEN) if mark.points is None else (plain(mark.points), mark.status)
+            points, status = ("" if mark.points is None else plain(mark.points)), mark.status
             rows.append((name, result.lab, mark.check, points, plain(mark.max_points), status, mark.reason))
     _write(path, GRADES, rows, excel)
 
@@ -50,11 +51,12 @@ def write_summary(path: Path, results: Sequence[Result], excel: bool = False) ->
     rows = []
     for name, result in zip(labels(results), results):
         points = percent = ""
-        if not result.problem:
+        if not result.problem and not result.ungraded:
             points = plain(result.points)
             percent = f"{100 * result.points / result.max_points:.1f}" if result.max_points else ""
         when = result.when.astimezone().isoformat(timespec="seconds") if result.when else ""
-        notes = " ".join([result.problem, *result.notes])
+        missing = f"{counted(result.ungraded, 'check')} could not be run." if result.ungraded else ""
+        notes = " ".join([result.problem, missing, *result.notes])
         marks = (result.lab, points, plain(result.max_points), percent, result.open)
         origin = ("yes" if result.late else "", when, result.source, result.level)
         rows.append((name, result.identifier, *marks, *origin, notes, result.blank))
@@ -63,10 +65,11 @@ def write_summary(path: Path, results: Sequence[Result], excel: bool = False) ->
 
 def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]], excel: bool) -> None:
     text = io.StringIO()
-    table = csv.writer(text, delimiter=";" if excel else ",")
+    comma = ";" if excel else ","
+    table = csv.writer(text, delimiter=comma)
     table.writerow(header)
     numbers = {at for at, name in enumerate(header) if excel and name in NUMBERS}
     for row in rows:
-        cells = [guard(cell) for cell in row]
+        cells = [guard(cell, comma) for cell in row]
         table.writerow([cell.replace(".", ",") if at in numbers else cell for at, cell in enumerate(cells)])
     files.write(path, text.getvalue().encode("utf-8-sig"))  # with the mark, Excel takes it for UTF-8

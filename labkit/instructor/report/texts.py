@@ -1,5 +1,6 @@
 """Texts and numbers of people: cleaned, compared, and as cells of tables."""
 
+import html
 import re
 import unicodedata
 from collections.abc import Iterable
@@ -13,8 +14,13 @@ _TERMINAL = re.compile(r"(?:\x1b\[|\x9b)[0-?]*[@-~]?|\x1b\][^\x07\x1b\n]{0,200}(
 # Control characters, those that turn the text around them, and half characters, which no file can hold.
 _ODD = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\U000e0000-\U000e007f"
-    "\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\uffff]"
+    "\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffc\ufffe\uffff]"
 )
+# Where a spreadsheet may begin a formula: at a sign, also of full or small width, behind what it may skip.
+_SIGNS = "=+@\\-\uff1d\uff0b\uff20\uff0d\ufe66\ufe62\ufe6b\ufe63\u2212"
+_SKIPPED = r"""[\s"'\x80-\xad\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff]*"""
+_FORMULA = f"(?={_SKIPPED}[{_SIGNS}])"
+_BEGINS = {comma: rf"(^|[{commas}])" for comma, commas in ((",", ";\t"), (";", ";,\t"))}
 
 
 def readable(text: str) -> str:
@@ -34,7 +40,13 @@ def final(reason: str) -> str:
 
 def clean(text: object) -> str:
     """`text` on one line, without control characters, a terminal's colours and halves of characters."""
-    return re.sub(r"[\x00-\x1f\x7f\ud800-\udfff]", "", " ".join(_TERMINAL.sub("", str(text)).split()))
+    line = " ".join(_TERMINAL.sub("", str(text)).split())
+    return " ".join(_ODD.sub("", line).split())
+
+
+def cut(text: str, longest: int) -> str:
+    """`text`, or its first `longest` characters and a word that it was cut."""
+    return text if len(text) <= longest else f"{text[:longest]}… (cut here: it has {len(text)} characters)"
 
 
 def squash(text: str) -> str:
@@ -48,15 +60,26 @@ def key(text: str) -> str:
     return text.lstrip("0") or "0" if text.isdigit() else text
 
 
-def guard(text: object) -> str:
-    """`text`, clean, as a cell that no spreadsheet takes for a formula."""
-    cell = clean(text)
-    return "'" + cell if re.match("'*[=+@-]", cell) else cell
+def guard(text: object, comma: str = ",") -> str:
+    """`text`, clean, as a cell that no spreadsheet takes for a formula. comma: what is between the table's cells.
+
+    A spreadsheet of another language begins a cell behind a semicolon or comma inside of it too, quoted or not.
+    """
+    return re.sub(_BEGINS[comma] + _FORMULA, r"\1'", clean(text))
 
 
-def unguard(text: str) -> str:
-    """The text that `guard` made a cell of; a tab or line end that a person added counts too."""
-    return text[1:] if re.match("'+[=+@\t\r-]", text) else text
+def unguard(text: str, comma: str = ",") -> str:
+    """The text, clean, that `guard` made a cell of."""
+    return re.sub(_BEGINS.get(comma, _BEGINS[","]) + "'" + _FORMULA, r"\1", text.lstrip("\t\r"))
+
+
+def guard_html(text: str, comma: str) -> str:
+    """The same as `guard` for a cell of HTML, in which students are to see no sign that is not theirs."""
+    cell = html.escape(clean(text), quote=False)
+    sign = re.compile(f"(?:{_BEGINS.get(comma, _BEGINS[','])}{_SKIPPED})([{_SIGNS}])")
+    while found := sign.search(cell):
+        cell = f"{cell[: found.start(2)]}&#{ord(found[2])};{cell[found.end() :]}"
+    return cell
 
 
 def number(text: str) -> float | None:

@@ -33,7 +33,8 @@ def only(book):
 
 def test_the_first_mark_counts_and_what_has_none_is_not_run(book):
     id = add(book)
-    assert [mark.status for mark in only(book).marks] == [NOT_RUN, OPEN]
+    assert [(mark.status, mark.points) for mark in only(book).marks] == [(NOT_RUN, None), (OPEN, None)]
+    assert (only(book).open, only(book).ungraded) == (1, 1)
     book.mark(id, "kf", 2, PASSED)
     book.mark(id, "kf", 0, FAILED, "again")
     assert only(book).marks[0].points == 2 and book.marked(id) == {"kf"}
@@ -123,3 +124,30 @@ def test_a_blank_answer_gives_0_points_waits_for_nobody_and_may_be_overruled(boo
 def test_a_word_is_an_answer(book):
     add(book, answer=f"{STUB} no")
     assert (only(book).open, only(book).blank) == (1, 0)
+
+
+def test_texts_of_any_length_are_cut_where_they_are_kept(book):
+    long = "x" * 3_000_000
+    id = add(book, problem="")
+    book.mark(id, "kf", 0, FAILED, long, [long] * 1000, long)
+    book.finish(id, {"x": np.zeros(1_000_000)})
+    other = book.add("lab", "Bo", "", "b.ipynb", "e", "paper", None, False, [long], {}, long)
+    book.choose(other, [], False)
+    mark = book.result(id).marks[0]
+    assert mark.reason == "x" * 2000 + "… (cut here: it has 3000000 characters)" and len(mark.mistake) < 2100
+    assert len(mark.lines) == 61 and mark.lines[-1] == "… (cut here: 940 more lines)"
+    assert all(len(line) < 500 for line in mark.lines) and book.figure(id) == {}
+    assert len(book.result(other).problem) < 2100
+    book.wrote(list(book.results("lab")))
+    assert book.path.stat().st_size < 200_000
+
+
+def test_a_check_that_could_not_be_run_has_no_points_and_leaves_the_best_open(book):
+    first, second = add(book, digest="a"), add(book, digest="b")
+    book.mark(first, "kf", 0, ERROR, "No sandbox.")
+    book.mark(second, "kf", 1, PASSED)
+    book.choose_best("lab")
+    (mark, _) = only(book).marks
+    assert (mark.status, mark.points, only(book).ungraded) == (ERROR, None, 1)
+    book.hand(only(book), "kf", 1.5, "I looked.")
+    assert only(book).ungraded == 0 and only(book).points == 1.5

@@ -197,7 +197,7 @@ def test_moodle_comments_are_one_harmless_line(tmp_path):
     marks = [Mark(check, 0.0, 1.0, FAILED, text) for check, text in texts.items()]
     fill_moodle(source, out, [Result("Ada", "1", LAB, marks=marks)])
     text = table(out)[1][9]
-    assert text.startswith('Points: 0 of 2. a: It gave &lt;b&gt;=1+1&lt;/b&gt;, not "2". b: x x')
+    assert text.startswith('Points: 0 of 2. a: It gave &lt;b&gt;&#61;1+1&lt;/b&gt;, not "2". b: x x')
     assert "\n" not in text and len(text) < 600 and text.endswith("feedback page.")
 
 

@@ -152,3 +152,29 @@ def test_canvas_gets_pages_under_the_numbers_that_it_goes_by(book, tmp_path):
     write_all(book, PAPER, tmp_path, NOTHING)
     with zipfile.ZipFile(tmp_path / "feedback-lab3.zip") as archive:
         assert "lovelaceada_LATE_501_9001_lab3-2.html" in archive.namelist()
+
+
+def test_a_check_that_could_not_be_run_is_never_a_number(book, tmp_path, capsys):
+    book.db.execute("UPDATE mark SET status = ?, points = 0 WHERE submission = 1", (ERROR,))
+    book.hand(book.result(1), "q1", 3.0, "Good.")
+    (tmp_path / "w.csv").write_text(
+        "Identifier,Grade,Maximum Grade,Feedback comments\nParticipant 101,,10.00,\nParticipant 102,1,10.00,\n"
+    )
+    (tmp_path / "c.csv").write_text("Student,ID,Lab 3 (7)\n    Points Possible,,5\nAda,101,\nBela,102,\n")
+    given = {"moodle": tmp_path / "w.csv", "canvas": tmp_path / "c.csv", "partial": True}
+    assert write_all(book, PAPER, tmp_path, Namespace(**{**vars(NOTHING), **given})) == 1
+    assert [row[1:] for row in table(tmp_path / "moodle.csv")[1:]] == [
+        ["", "10.00", ""],
+        ["4", "10.00", "Points: 2 of 5. Why?: not marked yet."],
+    ]
+    assert [row[2] for row in table(tmp_path / "canvas.csv")[2:]] == ["", "2"]
+    assert ["Ada", "lab3", "kf", "", "2", "error"] in [row[:6] for row in table(tmp_path / "grades.csv")]
+    header, row, _ = table(tmp_path / "summary.csv")
+    ada = dict(zip(header, row))
+    assert (ada["points"], ada["percent"], ada["notes"]) == ("", "", "1 check could not be run.")
+    told = capsys.readouterr().out
+    assert "Left as they were, since checks could not be run: 1 (Ada); run the same command again." in told
+    assert "Mean 2.0 of 5 points" in told
+    page, overview = ((tmp_path / name).read_text() for name in ("feedback/lab3/Ada.html", "class-lab3.html"))
+    assert "1 check could not be run: that is no fault of yours" in page and "– of 2" in page
+    assert "1 check could not be run" in overview and "mean 2 of 5" in overview
