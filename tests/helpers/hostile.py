@@ -33,6 +33,8 @@ NOTHING = update("pass")
 STUCK = "still running when it"
 ENDED = "ended Python itself"
 
+WORKER = "import labkit.instructor.sandbox.worker as w"
+
 CODE = [
     # It goes on for ever.
     ("loop at the top", "while True: pass", "", PARTS, "is not there"),
@@ -201,14 +203,14 @@ CODE = [
         "import labkit.instructor.sandbox.worker as w\nw._trace = lambda t: {'steps': [[] for _ in t.steps], 'stop': None, 'printed': ''}",
         NOTHING,
         None,
-        "could not be understood",
+        "no answer to what was asked",
     ),
     (
         "answers with no steps",
         "import labkit.instructor.sandbox.worker as w\nw._trace = lambda t: {'steps': [], 'stop': None, 'printed': ''}",
         NOTHING,
         None,
-        "could not be understood",
+        "no answer to what was asked",
     ),
     (
         "says passed on the channel",
@@ -224,8 +226,74 @@ CODE = [
             "\n    for fd in range(3, 30):\n        try: os.write(fd, b'passed\\n' * 999)\n        except OSError: pass"
         ),
         PARTS,
-        "the grader's own channel",
+        "no answer to what was asked",
     ),
+    # Its worker says what was not asked for.
+    (
+        "answers with nests of lists",
+        f"{WORKER}\nw.wire.pack = lambda m: b'\\0\\1\\xfb\\xd2\\0\\0\\0\\0[' + b'[],' * 43343 + b'[]]'",
+        NOTHING,
+        None,
+        "no answer to what was asked",
+    ),
+    (
+        "answers with a frame of 16 MB",
+        f"{WORKER}\nw.wire.pack = lambda m: b'\\0\\xf4\\x24\\0\\0\\0\\0\\0' + b'[' * 16 * 10**6",
+        NOTHING,
+        None,
+        "no answer to what was asked",
+    ),
+    (
+        "long texts everywhere in an answer",
+        f"{WORKER}\nlong = 'x' * 20000\n"
+        "w.failure = lambda e: dict(raised=long, place=[long, 1], text=long, stopped=False)",
+        predict("raise ValueError"),
+        PARTS,
+        "",
+    ),
+    (
+        "answers byte by byte",
+        f"{WORKER}\nimport os\ndef slow(m, pack=w.wire.pack):\n    for b in pack(m): os.write(4, bytes([b]))\n    return b''"
+        "\nw.wire.pack = slow",
+        NOTHING,
+        None,
+        "",
+    ),
+    (
+        "answers before it is asked",
+        "import os",
+        predict("\n    for fd in range(3, 9):\n        try: os.write(fd, b'\\0' * 8)\n        except OSError: pass"),
+        PARTS,
+        "",
+    ),
+    ("closes its channel and goes on", "import os", predict("os.closerange(3, 99)\n    while True: pass"), PARTS, ""),
+    (
+        "prints 15 MB with an emoji",
+        "",
+        "old = KF.predict\ndef predict(self, u):\n    old(self, u)\n    print('x' * 15 * 10**6 + chr(128512))\nKF.predict = predict",
+        None,
+        "",
+    ),
+    ("a number of 5000 digits", "", update("self.xk_k = [10**5000, 0]"), PARTS, ""),
+    ("a number of 100 digits in an error", "", predict("raise ValueError(10**100)"), PARTS, "ValueError"),
+    ("an error without words", "", predict("raise ValueError"), PARTS, "ValueError"),
+    ("an error of line ends", "", predict("raise ValueError('\\n\\n')"), PARTS, "ValueError"),
+    (
+        "an exception of its own root without words",
+        "class E(BaseException): pass",
+        predict("raise E('\\r')"),
+        PARTS,
+        "",
+    ),
+    ("kills itself", "import signal", predict("signal.raise_signal(9)"), PARTS, "SIGKILL"),
+    (
+        "kills its own thread",
+        "import signal, threading",
+        predict("signal.pthread_kill(threading.get_ident(), 9)"),
+        PARTS,
+        "SIGKILL",
+    ),
+    ("ends as if it had been killed", "import os", predict("os._exit(137)"), PARTS, "SIGKILL"),
     ("prints what a check prints", "", update("print('passed')"), BLIND, ""),
     (
         "patches print and pytest",

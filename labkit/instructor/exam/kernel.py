@@ -14,13 +14,15 @@ import numpy as np
 from ...checks import CheckError
 from ...checks.feedback import FilterError
 from .. import records
-from ..sandbox.channel import Channel, StudentCodeError, WorkerLostError
+from ..sandbox.channel import Channel, NotGradedError, StudentCodeError, WorkerLostError
+from ..sandbox.forms import TEXT
 from ..sandbox.launch import Sandbox
 from ..sandbox.proxy import MissingAnswerError, Notebook, Student
 from .exam import Exam
 
 FILE = "said.jsonl"
 UNCLEAR = "What your code gave back could not be used here."
+ODD = ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, ValueError  # what odd numbers can raise
 
 
 class Batch:
@@ -72,10 +74,16 @@ class Batch:
         error = result.error_before_exec or result.error_in_exec
         told = self._told(error) if error else {"status": records.PASSED}
         with open(self.folder / FILE, "a", encoding="utf-8") as file:
-            stopped = bool(self.student and (self.student.cut or self.student.stopped > self.stopped))
-            about = {"number": self.number, "check": self.check, "stopped": stopped}
+            about = {"number": self.number, "check": self.check, "again": self._unsure(error, told["status"])}
             file.write(json.dumps({**about, **told}) + "\n")
         self.check = None
+
+    def _unsure(self, error, status):
+        """Whether it may come out otherwise once more: what took too long, or was not the student's doing."""
+        if status == records.ERROR or isinstance(error, ODD):
+            return True
+        cut = self.student is not None and (self.student.cut or self.student.stopped > self.stopped)
+        return cut or getattr(error, "stopped", False) or getattr(error, "killed", False)
 
     def _told(self, error):
         """What an exception of a check cell means to the student."""
@@ -89,17 +97,18 @@ class Batch:
             return {"status": records.FAILED, **self._raised(error, hidden or not error.public)}
         if isinstance(error, WorkerLostError):
             return {"status": records.FAILED, "reason": str(error)}
-        if isinstance(error, OSError | MemoryError | records.CommandError):
-            return {"status": records.ERROR, "reason": f"The grader itself stopped: {error}"}
         if isinstance(error, FilterError):
             return {"status": records.FAILED, "reason": str(error)}
-        # The check runs on the solution, so it is the student's result that it could not digest.
-        return {"status": records.FAILED, "reason": UNCLEAR}
+        if isinstance(error, ODD):
+            # The check runs on the solution, so it is the student's result that it cannot digest.
+            return {"status": records.FAILED, "reason": UNCLEAR}
+        kind = "" if isinstance(error, NotGradedError | records.CommandError) else f"{type(error).__name__}: "
+        return {"status": records.ERROR, "reason": f"This was not graded: {kind}{error}"[:TEXT]}
 
     def _raised(self, error, secret):
         """Reason and lines for an exception of the student's; when secret, nothing in their own words."""
         if not secret:
-            first, *rest = error.args[0].splitlines()
+            first, *rest = error.args[0].splitlines() or [f"Your code stopped with a {error.kind} that says nothing."]
             return {"reason": first, "lines": rest}
         if error.kind == "FilterError":
             return {"reason": "After some step your filter's estimate is not a number any more (NaN or infinite)."}

@@ -99,7 +99,7 @@ class _Hasty:
         return getattr(self._kf, name)
 
     def update(self, y):
-        """Update, and compare as `first_gap` does with what is right; raises _Differs where nothing fits."""
+        """Update, and compare as `same_run` does with what is right; raises _Differs where nothing fits."""
         self._kf.update(y)
         self._step += 1
         self._compare()

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 from .. import records
 from ..sandbox.launch import make_runtime
-from .jobs import Job, Room, batches, take_figures, write_batch
+from .jobs import LARGEST, Job, Room, batches, take_figures, write_batch
 from .paper import Paper
 
 News: TypeAlias = tuple[str, int, Any]  # what happened, to which job, and what came of it
@@ -102,41 +102,35 @@ class Local:
     def grade(self, room: Room, jobs: Sequence[Job]) -> Iterator[News]:
         """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why).
 
-        What ran into a limit of time is tried once more at the end, with nothing else going on: the first check of a
-        submission, and the others if that one gets through.
+        What ran into a limit of time, or was not the student's doing, is tried once more at the end, with nothing else
+        going on: the first check of a submission, and the others if that one gets through. What could not be graded
+        then either is tried in a process of its own.
         """
         held: dict[int, dict[str, News]] = {}
         for news in self._together(room, jobs):
             kind, id, item = news
-            if kind == "mark" and item.get("stopped"):
+            if kind == "mark" and item.get("again"):
                 held.setdefault(id, {})[item["check"]] = news
             elif id in held and kind != "mark":
                 held[id][""] = news
             else:
                 yield news
-        for part in (slice(0, 1), slice(1, None)) if held else ():
-            self._again(room, [job for job in jobs if job.id in held], held, part)
+        if held:
+            self._again(room, _first(room.paper, jobs, held), held, LARGEST)
+            self._again(room, _others(room.paper, jobs, held), held, LARGEST)
+            self._again(room, _ungraded(room.paper, jobs, held), held, 1)
         for news in held.values():
             yield from (one for check, one in news.items() if check)
             yield news[""]
 
-    def _again(self, room, jobs, held, part):
-        """Try these checks (a part) of held submissions again, one after the other, and put what comes into `held`.
-
-        held: {job id: {check: news, "": how it ended}}. Who was stopped again is not tried with other checks.
-        """
-        todo = []
-        for job in jobs:
-            news = {check: item for check, (_, _, item) in held[job.id].items() if check}
-            again = part.start and next(iter(news.values())).get("stopped")
-            if held[job.id][""][0] == "done" and not again and (checks := list(news)[part]):
-                done = frozenset(cell.id for cell in room.paper.cells if cell.id not in checks)
-                todo.append(replace(job, done=done))
-        for batch in batches(todo, 1):
+    def _again(self, room, jobs, held, size):
+        """Try these jobs, `size` in a batch; what comes goes into `held`, {job id: {check: news, "": how it ended}}."""
+        for batch in (jobs[i : i + size] for i in range(0, len(jobs), size)):
             try:
-                for kind, id, item in self._runners[0].grade(room, batch, self.runtime):
-                    if kind == "mark":
-                        held[id][item["check"]] = kind, id, item
+                for news in self._runners[0].grade(room, batch, self.runtime):
+                    kind, id, item = news
+                    if kind == "mark" or item:  # a figure
+                        held[id][item["check"] if kind == "mark" else ""] = news
             except (OSError, ValueError):  # the first marks stay
                 self._runners[0].end()
                 self._runners[0] = Runner(self._scratch)
@@ -184,6 +178,42 @@ class Local:
                             news.put(("lost", job.id, f"The grading process ended twice: {error}."))
         finally:
             news.put(None)
+
+
+def _first(paper, jobs, held):
+    """Of these jobs the first check that is to be tried again."""
+    return [_left(paper, job, list(marks)[:1]) for job in jobs if (marks := _marks(held, job))]
+
+
+def _others(paper, jobs, held):
+    """Of these jobs the others of these checks, unless the first was stopped again."""
+    found = []
+    for job in jobs:
+        first, *others = _marks(held, job).items() or [("", {})]
+        stopped = first[1].get("again") and first[1]["status"] != records.ERROR
+        found += [_left(paper, job, [check for check, _ in others])] if others and not stopped else []
+    return found
+
+
+def _ungraded(paper, jobs, held):
+    """Of these jobs what could not be graded, and the figure."""
+    figures = [cell.id for cell in paper.cells if cell.points is None]
+    found = []
+    for job in jobs:
+        checks = [check for check, mark in _marks(held, job).items() if mark["status"] == records.ERROR]
+        found += [_left(paper, job, checks + figures)] if checks else []
+    return found
+
+
+def _marks(held, job):
+    """{check: mark} of a job's held checks, if it did not get lost."""
+    news = held.get(job.id, {})
+    return {check: item for check, (_, _, item) in news.items() if check} if news.get("", [""])[0] == "done" else {}
+
+
+def _left(paper, job, checks):
+    """The job with no more to do than these checks."""
+    return replace(job, done=frozenset(cell.id for cell in paper.cells if cell.id not in checks))
 
 
 def lost(paper: Paper, reason: str) -> list[tuple[str, float, str, str]]:

@@ -44,7 +44,7 @@ class Recorder:
             mark = {**note, "points": 0.0}
         else:
             reason = note.get("reason") or _why(report, note)
-            mark = {"status": records.ERROR, "points": 0.0, "reason": reason}
+            mark = {"status": records.ERROR, "points": 0.0, "reason": reason, "again": True}
         self.news({**mark, "number": about["number"], "check": about["check"]})
 
     def _notes(self):

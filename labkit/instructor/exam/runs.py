@@ -9,8 +9,6 @@ from ...checks.compare import gap_of
 from ...checks.trace import OddResultError, as_value
 from ...history import History, make_filter, replay
 
-FAR = 100  # [m] no run of a lab leads as far away
-
 
 def replayed(KF: type, record: Any, options: dict[str, Any]) -> History:
     """The History of a filter class of this process over a log; options: what `labkit.make_filter` takes for it.
@@ -33,21 +31,9 @@ def apart(came: Any, right: Any) -> float:
         return np.inf
 
 
-def first_gap(mine: History, right: History) -> tuple[int, float] | None:
-    """(first step that differs, largest distance of the positions [m]), or None where the two agree.
+def same_run(mine: History, right: History) -> bool:
+    """Whether two runs agree.
 
     Means are held against the largest of the run, covariances, which grow and shrink, against their own step's.
     """
-    far = gap_of(mine.x, right.x) > 1
-    steps = enumerate(zip(mine.x, right.x, mine.P, right.P))
-    wrong = [k for k, (x, due_x, P, due_P) in steps if gap_of(P, due_P) > 1 or (far and gap_of(x, due_x) > 1)]
-    if not far and not wrong:
-        return None
-    return (wrong or [0])[0], float(np.linalg.norm((mine.x - right.x)[..., :2], axis=-1).max())
-
-
-def how_far(distance: float) -> str:
-    """How far off an estimate gets, as the end of a sentence; distance: the largest distance of the positions [m]."""
-    if not distance < FAR:
-        return f": it runs away, to more than {FAR} m"
-    return f", by {distance:.2g} m" if distance >= 0.001 else "; the positions agree to the millimetre"
+    return gap_of(mine.x, right.x) <= 1 and all(gap_of(P, due) <= 1 for P, due in zip(mine.P, right.P, strict=True))

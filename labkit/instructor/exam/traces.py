@@ -1,16 +1,14 @@
-"""What a worker is told of a check, and what it answers, which may be anything: what was asked for gets through."""
+"""What a worker is told of a check, and what it may answer."""
 
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from ...checks import CheckError, Data
-from ...checks.trace import Scenario, Stop, Trace
-from ..sandbox.channel import WorkerLostError
+from ...checks.trace import Stop, Trace
+from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
+from ..sandbox.wire import FrameError
 
 INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
-TEXT = 2000  # characters of anything that is only for reading
 
 
 def inputs(data: Data) -> Data:
@@ -19,29 +17,43 @@ def inputs(data: Data) -> Data:
     return {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
 
 
-def traces(data: Data, answer: Mapping[str, Any]) -> dict[str, Trace]:
-    """{id: Trace} from a worker's answer to `observe`. Raises CheckError, or WorkerLostError for what is no answer."""
-    if "told" in answer:
-        lines = answer.get("lines")
-        lines = [str(line)[:TEXT] for line in lines[:9]] if isinstance(lines, list) else []
-        raise CheckError(data["name"], str(answer["told"])[:TEXT], lines)
-    found = answer.get("traces") or {}
-    try:
-        return {s["id"]: _trace(found[s["id"]], s) for s in data["scenarios"]}
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise WorkerLostError("What came back from your code could not be understood.") from None
+def answer_form(data: Data) -> Form:
+    """What a worker's answer to `observe` may be, on these inputs."""
+    told = fields(told=text(), lines=several(text(300), 0, 6), stopped=flag)
+    seen = {scenario["id"]: _trace(scenario) for scenario in data["scenarios"]}
+    return either(told=told, traces=fields(traces=fields(**seen)))
 
 
-def _trace(sent: Mapping[str, Any], scenario: Scenario) -> Trace:
+def _trace(scenario):
     """One scenario's: as many steps as there are to look at (fewer where it stopped), each with what is looked at."""
-    steps = [[v if isinstance(v, str) else np.asarray(v, dtype=float) for v in step] for step in sent["steps"]]
-    stop = None
-    if sent["stop"] is not None:
-        key, text, line = sent["stop"]
-        call, kind, numbers, message = key
-        numbers = [int(n) for n in numbers[:12]]
-        stop = Stop([int(call), str(kind)[:80], numbers, str(message)[:80]], str(text)[:TEXT], str(line)[:TEXT])
     due = max(len(right[0]) for right in scenario["right"])
-    if len(steps) > due or not stop and len(steps) < due or any(len(step) != len(scenario["look"]) for step in steps):
-        raise ValueError("not what was asked for")
-    return Trace(steps, stop, str(sent["printed"])[-TEXT:])
+    key = row(whole, text(80), several(whole, 0, 12), text(80))
+    shape = fields(
+        steps=several(row(*[_value] * len(scenario["look"])), 0, due),
+        stop=optional(row(key, text(), text())),
+        printed=text(),
+    )
+
+    def read(value):
+        trace = shape(value)
+        if trace["stop"] is None and len(trace["steps"]) != due:
+            raise FrameError("fewer steps came back than were asked for")
+        return trace
+
+    return read
+
+
+def _value(value):
+    """What `as_value` makes of a student's result: a text or numbers."""
+    if isinstance(value, str):
+        return text()(value)
+    if array(value).dtype != float:
+        raise FrameError("numbers of another kind came back than were asked for")
+    return value
+
+
+def traces(data: Data, answer: Mapping[str, Any]) -> dict[str, Trace]:
+    """{id: Trace} from an answer to `observe`. Raises CheckError if the worker says why there are none."""
+    if "told" in answer:
+        raise CheckError(data["name"], answer["told"], answer["lines"])
+    return {id: Trace(t["steps"], t["stop"] and Stop(*t["stop"]), t["printed"]) for id, t in answer["traces"].items()}

@@ -2,26 +2,34 @@
 
 import os
 import selectors
+import time
 from typing import Any
 
 from ...checks.feedback import STOPPED, FilterError
 from ...notebook.usage import LOOK, Deadline, Usage
 from . import wire
+from .forms import ODD, RAISED, Form, fields, flag
 from .launch import Sandbox
 
 START = 30  # seconds of the processor for a worker to be there
-SPOILT = "Your code wrote into the grader's own channel, so its answer was lost."
+ENDED = "leave out exit() and the like, and look for a list that never stops growing."
+TINY, PAUSE = 4096, 0.001  # bytes: for more, one waits so many seconds, lest an answer come byte by byte
+SPOILT = "What came back from your code is no answer to what was asked, so this check was lost."
+
+
+class NotGradedError(Exception):
+    """The machine or the grader ended a worker: nobody's mark. The text says how."""
 
 
 class WorkerLostError(FilterError):
     """The worker gave no answer: it ended, hung or talked nonsense. The text says so to the student.
 
-    stopped: whether that was because its time was up.
+    stopped: whether that was because its time was up;  killed: whether it may have been somebody else who ended it.
     """
 
-    def __init__(self, text: str, stopped: bool = False) -> None:
+    def __init__(self, text: str, stopped: bool = False, killed: bool = False) -> None:
         super().__init__(text)
-        self.stopped = stopped
+        self.stopped, self.killed = stopped, killed
 
 
 class StudentCodeError(FilterError):
@@ -41,21 +49,31 @@ class Channel:
         self.worker = sandbox.start(seconds)
         self.usage = Usage(self.worker.process.pid)
         self.ready = False
+        self.armed = False  # whether any of a student's code is in it
         for stream in (self.worker.requests, self.worker.answers):
             os.set_blocking(stream.fileno(), False)
 
     def settle(self) -> None:
-        """Wait until it has confined itself. Raises WorkerLostError."""
+        """Wait until it has confined itself. Raises NotGradedError."""
         if not self.ready:
-            self.ask({"do": "confine", **self.worker.limits}, START)
+            self.ask({"do": "confine", **self.worker.limits}, START, fields(ready=flag))
+            self.armed = True  # what it is asked from now on runs a student's code
             self.usage = Usage(self.worker.process.pid)  # what shuts it in has started it by now
             self.ready = True
 
-    def ask(self, request: dict[str, Any], seconds: float) -> dict[str, Any]:
-        """The answer to a request, for which the worker may compute or sleep so many seconds.
+    def ask(self, request: dict[str, Any], seconds: float, form: Form) -> dict[str, Any]:
+        """The answer to a request, for which the worker may compute or sleep so many seconds, in its form.
 
-        Raises StudentCodeError, or WorkerLostError: then the worker is no use any more.
+        Raises StudentCodeError; or WorkerLostError or NotGradedError: then the worker is no use any more.
         """
+        try:
+            return self._answer(request, seconds, form)
+        except FilterError as error:
+            if self.armed:
+                raise
+            raise NotGradedError(f"a worker did not start: {error}") from None
+
+    def _answer(self, request, seconds, form):
         limit = Deadline(self.usage, seconds)
         self._send(wire.pack({**request, "allowed": seconds}, objects=True), limit)
         try:
@@ -63,15 +81,18 @@ class Channel:
             text, raw = wire.sizes(head)
             body = self._receive(text + raw, limit)
             answer = wire.unpack(body[:text], body[text:])
-        except wire.FrameError:
+            if "odd" in answer:
+                raise StudentCodeError(
+                    "TypeError", None, f"What came back is no number or array: {ODD(answer)['odd']}."
+                )
+            if "raised" not in answer:
+                return form(answer)
+            error = RAISED(answer)
+        except (wire.FrameError, TypeError):  # TypeError: it cannot even hold fields
             raise WorkerLostError(SPOILT) from None
-        if not isinstance(answer, dict):
-            raise WorkerLostError(SPOILT)
-        if "odd" in answer:
-            raise StudentCodeError("TypeError", None, f"What came back is no number and no array: {answer['odd']}.")
-        if "raised" in answer:
-            raise StudentCodeError(*_failure(answer))
-        return answer
+        raise StudentCodeError(
+            error["raised"], error["place"] and tuple(error["place"]), error["text"], error["stopped"]
+        )
 
     def _send(self, data, limit):
         stream = self.worker.requests
@@ -83,23 +104,24 @@ class Channel:
             except BlockingIOError:
                 continue
             except OSError:
-                raise WorkerLostError(self._gone()) from None
+                raise self._gone() from None
 
     def _receive(self, count, limit):
-        stream, parts = self.worker.answers, []
-        while count:
+        stream, came, filled = self.worker.answers, bytearray(count), 0
+        while filled < count:
             self._wait(stream, selectors.EVENT_READ, limit)
             try:
-                part = os.read(stream.fileno(), min(count, 1 << 20))
+                part = os.readv(stream.fileno(), [memoryview(came)[filled:]])
             except BlockingIOError:
                 continue
             except OSError:
-                part = b""
+                part = 0
             if not part:
-                raise WorkerLostError(self._gone())
-            parts.append(part)
-            count -= len(part)
-        return b"".join(parts)
+                raise self._gone()
+            filled += part
+            if part < TINY and filled < count:
+                time.sleep(PAUSE)
+        return bytes(came)
 
     def _wait(self, stream, event, limit):
         with selectors.DefaultSelector() as selector:
@@ -109,17 +131,14 @@ class Channel:
                     raise WorkerLostError(STOPPED, stopped=True)
 
     def _gone(self):
-        return (
-            "Your code ended Python itself, or used more memory or time than there is: "
-            "leave out exit() and the like, and look for a list that never stops growing."
-        )
+        """What to raise for a worker that has closed its pipes."""
+        how = self.worker.ended()
+        if how is None:
+            return WorkerLostError(SPOILT)
+        if how.outside or not self.armed:
+            return NotGradedError(f"the system ended a worker ({how.words})")
+        return WorkerLostError(f"Your code ended Python itself ({how.words}): {ENDED}", killed=how.unclear)
 
     def end(self) -> None:
         """Be rid of the worker."""
         self.worker.end()
-
-
-def _failure(answer):
-    kind, place, text = (answer.get(key) for key in ("raised", "place", "text"))
-    sound = isinstance(place, list) and len(place) == 2 and isinstance(place[0], str) and type(place[1]) is int
-    return str(kind)[:80], tuple(place) if sound else None, str(text)[:4000], answer.get("stopped") is True

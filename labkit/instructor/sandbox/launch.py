@@ -3,6 +3,7 @@
 import compileall
 import contextlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -14,6 +15,7 @@ from typing import IO, Any
 
 from . import cgroup
 
+GONE = 5  # seconds that a process has to be gone after it has closed its pipes
 NOBODY = 65534  # the user that root's workers become
 SYSTEM = ("/usr", "/lib", "/lib64", "/lib32", "/bin", "/etc/ld.so.cache", "/etc/alternatives")
 DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
@@ -51,6 +53,7 @@ class Sandbox:
         group = cgroup.make() if self.group else None
         if group:
             command = cgroup.within(group) + command
+        shortages = _shortages()
         process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
@@ -69,7 +72,7 @@ class Sandbox:
             "seconds": 2 * int(seconds) + 10,  # a far stop: the grader measures by itself, and says more
             "readable": [*readable(self.runtime), *DEVICES] if self.way == "landlock" else [],
         }
-        return Process(process, scratch, limits, group)
+        return Process(process, scratch, limits, group, self.way, shortages)
 
 
 @dataclass
@@ -83,6 +86,8 @@ class Process:
     scratch: str
     limits: dict[str, Any]
     group: str | None = None
+    way: str = ""
+    shortages: int = 0  # of the machine's memory, before it
 
     @property
     def requests(self) -> IO[bytes]:
@@ -95,6 +100,21 @@ class Process:
         """Where frames come out."""
         assert self.process.stdout is not None
         return self.process.stdout
+
+    def ended(self) -> "Ending | None":
+        """How it ended by itself, or None if it did not."""
+        try:
+            status = self.process.wait(GONE)
+        except subprocess.TimeoutExpired:
+            return None
+        short = _shortages() > self.shortages
+        # bwrap tells the worker's own end by its exit status; nobody inside can reach bwrap itself.
+        outside = short or self.way == "bubblewrap" and status < 0
+        number = -status if status < 0 else status - 128
+        if number not in set(signal.Signals):
+            return Ending(f"exit status {status}", outside)
+        words = "the machine's memory was used up" if short else f"signal {signal.Signals(number).name}"
+        return Ending(words, outside, unclear=number == signal.SIGKILL)
 
     def end(self) -> None:
         """Kill it with all that it started, and remove its traces."""
@@ -110,6 +130,24 @@ class Process:
             cgroup.remove(self.group)
         if self.scratch:
             shutil.rmtree(self.scratch, ignore_errors=True)
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a worker ended: in words;  outside: that nothing inside it can have done that;  unclear: nor the opposite."""
+
+    words: str
+    outside: bool
+    unclear: bool = False
+
+
+def _shortages():
+    """How often this machine has ended a process for want of memory; 0 where it does not tell."""
+    try:
+        told = re.search(r"^oom_kill (\d+)$", Path("/proc/vmstat").read_text(), re.MULTILINE)
+    except OSError:
+        return 0
+    return int(told[1]) if told else 0
 
 
 def environment(home: str) -> dict[str, str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from . import cgroup, probe
 from .channel import Channel
 from .confine import MEMORY, usable
+from .forms import flag, table
 from .launch import Sandbox
 
 WORDS = {
@@ -83,7 +84,7 @@ def try_out(sandbox: Sandbox) -> frozenset[str]:
         channel = Channel(sandbox, 60)
         try:
             channel.settle()
-            answer = channel.ask({"do": "probe", **targets}, 30)
+            answer = channel.ask({"do": "probe", **targets}, 30, table(flag, probe.PROMISES))
         finally:
             channel.end()
         held = {name for name in probe.PROMISES if answer.get(name) is True}

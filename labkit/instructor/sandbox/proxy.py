@@ -11,10 +11,15 @@ from typing import Any
 from ...checks import Data
 from ...checks.feedback import FilterError
 from ...notebook.limits import CALL, PATIENCE
-from .channel import SPOILT, Channel, StudentCodeError, WorkerLostError
+from .channel import Channel, NotGradedError, StudentCodeError, WorkerLostError
+from .forms import Form, array, fields, flag, result, several, table, text, whole
 from .launch import Sandbox
 
 TOTAL = 60.0  # seconds of the processor for all calls of one student
+VALUE = fields(value=result)
+PROBLEM = fields(place=text(80), lines=several(text(300), 0, 3))
+HISTORY = fields(x=array, P=array, x_prior=array, P_prior=array)
+MOST = 10  # problems that a worker tells
 USED_UP = "This check was left out: your code had used up its time in the checks before it."
 
 
@@ -37,7 +42,7 @@ class Student:
         self.sandbox, self.notebook, self.wanted = sandbox, notebook, wanted
         self.call, self.total, self.left = call, total, float(total)
         self.slow: set[str] = set()  # objects that used up the time of a call once
-        self.stopped = 0  # how often time was up
+        self.stopped = 0  # how often time was up, or somebody else may have ended the worker
         self.cut = False  # whether the notebook's cells ran into a limit, so that something may be missing
         self.channel = spare
         self.kinds: dict[str, Any] = {}
@@ -53,24 +58,35 @@ class Student:
         if self.why_lost:
             raise WorkerLostError(self.why_lost)
         self._spare_time()
-        self.channel = self.channel or Channel(self.sandbox, self.total)
+        self._start()
         self.tainted = False
+        problems = several(PROBLEM, 0, MOST)
+        form = fields(kinds=table(text(80), self.wanted), problems=problems, stopped=flag)
         try:
-            self.channel.settle()
-            answer = self._timed({"do": "load", **asdict(self.notebook), "wanted": self.wanted})
+            answer = self._timed({"do": "load", **asdict(self.notebook), "wanted": self.wanted}, form)
+        except NotGradedError:
+            self._drop()
+            raise
         except FilterError as error:
-            self.cut = getattr(error, "stopped", False)
+            self.cut = getattr(error, "stopped", False) or getattr(error, "killed", False)
             self.why_lost = f"Your notebook could not be loaded. {error}"
             self._drop()
             raise WorkerLostError(self.why_lost) from None
-        self.cut = answer.get("stopped") is True
-        kinds, problems = answer.get("kinds"), answer.get("problems")
-        self.kinds = kinds if isinstance(kinds, dict) else {}
-        self.problems = [p for p in problems if isinstance(p, dict)] if isinstance(problems, list) else []
+        self.cut, self.kinds, self.problems = answer["stopped"], answer["kinds"], answer["problems"]
         self.loaded = True
 
-    def ask(self, about: str, secret: bool = False, **request: Any) -> dict[str, Any]:
-        """The answer to a request. Raises FilterError.
+    def _start(self):
+        """Have a worker that is ready; one that the machine has ended while it waited is replaced."""
+        try:
+            self.channel = self.channel or Channel(self.sandbox, self.total)
+            self.channel.settle()
+        except NotGradedError:
+            self._drop()
+            self.channel = Channel(self.sandbox, self.total)
+            self.channel.settle()
+
+    def ask(self, about: str, form: Form, secret: bool = False, **request: Any) -> dict[str, Any]:
+        """The answer to a request, in its form. Raises FilterError, NotGradedError.
 
         about: the student's object that it is about;  secret: whether it holds what the student must not see.
         """
@@ -78,8 +94,8 @@ class Student:
         self.load()
         self.tainted = self.tainted or secret
         try:
-            return self._timed(request, about)
-        except WorkerLostError:
+            return self._timed(request, form, about)
+        except (WorkerLostError, NotGradedError):
             self._drop()
             raise
 
@@ -92,16 +108,17 @@ class Student:
             self.stopped += 1
             raise WorkerLostError(USED_UP, stopped=True)
 
-    def _timed(self, request, about=""):
+    def _timed(self, request, form, about=""):
         before = self.channel.usage.look()
         allowed = min(self.call, PATIENCE if about in self.slow else self.call, max(self.left, 0.1))
         stopped = False
         try:
-            answer = self.channel.ask(request, allowed)
+            answer = self.channel.ask(request, allowed, form)
             stopped = answer.get("stopped") is True
             return answer
         except (WorkerLostError, StudentCodeError) as error:
             stopped = error.stopped
+            self.stopped += getattr(error, "killed", False)
             raise
         finally:
             self.left -= self.channel.usage.look() - before
@@ -144,10 +161,7 @@ class MissingAnswerError(WorkerLostError):
         super().__init__(f"`{name}` is not there after your notebook has run.")
         self.lines_of_problems = []
         for problem in problems[:3]:
-            place, lines = str(problem.get("place"))[:80], problem.get("lines")
-            self.lines_of_problems += (
-                [f"{place}: {str(line)[:300]}" for line in lines[:3]] if isinstance(lines, list) else []
-            )
+            self.lines_of_problems += [f"{problem['place']}: {line}" for line in problem["lines"]]
 
 
 class Stand:
@@ -160,17 +174,15 @@ class Stand:
         """What the student's function gives, or what stands for an object of the class."""
         request = {"name": self.__name__, "args": list(args), "options": options}
         if self.student.kinds.get(self.__name__) != "type":
-            return self.student.ask(self.__name__, do="call", secret=True, **request).get("value")
-        made = self.student.ask(self.__name__, do="make", secret=True, **request).get("made")
+            return self.student.ask(self.__name__, VALUE, do="call", secret=True, **request)["value"]
+        made = self.student.ask(self.__name__, fields(made=whole), do="make", secret=True, **request)["made"]
         return StandFilter(self.student, self.__name__, made)
 
     def map(self, calls: Sequence[Sequence], secret: bool = True) -> list:
         """The results of several calls, each a tuple of arguments, in one request. Raises FilterError."""
         request = {"name": self.__name__, "calls": [list(args) for args in calls]}
-        values = self.student.ask(self.__name__, do="map", secret=secret, **request).get("values")
-        if not isinstance(values, list) or len(values) != len(calls):
-            raise WorkerLostError(SPOILT)
-        return values
+        form = fields(values=several(result, len(calls), len(calls)))
+        return self.student.ask(self.__name__, form, do="map", secret=secret, **request)["values"]
 
     def replay(self, record: Any, options: dict[str, Any], secret: bool = True) -> dict[str, Any]:
         """{x, P, x_prior, P_prior} of the student's filter over a whole log, in one call; no truth goes along.
@@ -178,11 +190,11 @@ class Stand:
         options: of `labkit.make_filter`.
         """
         request = {"name": self.__name__, "record": record, "options": options}
-        return self.student.ask(self.__name__, do="replay", secret=secret, **request)
+        return self.student.ask(self.__name__, HISTORY, do="replay", secret=secret, **request)
 
-    def observe(self, data: Data, secret: bool) -> dict[str, Any]:
-        """The answer of `do_observe`: what the object does on a check's inputs."""
-        return self.student.ask(self.__name__, do="observe", secret=secret, name=self.__name__, data=data)
+    def observe(self, data: Data, form: Form, secret: bool) -> dict[str, Any]:
+        """The answer of `do_observe`, in its form: what the object does on a check's inputs."""
+        return self.student.ask(self.__name__, form, do="observe", secret=secret, name=self.__name__, data=data)
 
 
 class StandFilter:
@@ -199,7 +211,7 @@ class StandFilter:
         if name in ("predict", "update"):
             return lambda *args, **options: self._method(name, args, options)
         try:
-            return self._student.ask(self._name, do="get", made=self._made, name=name).get("value")
+            return self._student.ask(self._name, VALUE, do="get", made=self._made, name=name)["value"]
         except StudentCodeError as error:
             if error.kind == "AttributeError":  # so that getattr can fall back on a default, as for a filter's own
                 raise AttributeError(str(error)) from error
@@ -207,4 +219,4 @@ class StandFilter:
 
     def _method(self, name, args, options):
         sent = {"made": self._made, "method": name, "args": list(args), "options": options}
-        return self._student.ask(self._name, do="method", secret=True, **sent).get("value")
+        return self._student.ask(self._name, VALUE, do="method", secret=True, **sent)["value"]

@@ -25,7 +25,7 @@ from ...notebook.shell import alone
 from . import probe, wire
 from .confine import confine, load
 
-TEXT = 2000  # characters of anything that is only for reading
+TEXT, LINE, PROBLEMS = 1000, 300, 10  # characters of what is only for reading, and of it as many as anybody reads
 Cells: TypeAlias = Sequence[Mapping[str, Any]]  # of a notebook, each the fields of a Cell
 
 
@@ -96,19 +96,19 @@ class Worker:
         session.supply(Cell(**cell) for cell in given)
         self.names = session.names
         problems = [
-            {"place": problem.where, "lines": [str(line)[:TEXT] for line in problem.lines[:6]]}
-            for problem in session.run(wanted, allowed)
+            {"place": problem.where, "lines": [str(line)[:LINE] for line in problem.lines[:3]]}
+            for problem in list(session.run(wanted, allowed))[:PROBLEMS]
         ]
         stopped = any(isinstance(problem.error, TimeUpError) for problem in session.stopped.values())
         kinds = {name: type(self.names[name]).__name__ for name in wanted if name in self.names}
-        return {"kinds": kinds, "problems": problems[:20], "stopped": stopped}
+        return {"kinds": kinds, "problems": problems, "stopped": stopped}
 
     def do_observe(self, name: str, data: checks.Data) -> dict[str, Any]:
         """What `checks.observe` sees of the object: a list of traces, or why there are none."""
         try:
             traces = checks.observe(data, self.names[name])
         except checks.CheckError as error:
-            told = {"told": error.summary[:TEXT], "lines": [str(line)[:TEXT] for line in error.details[:6]]}
+            told = {"told": error.summary[:TEXT], "lines": [str(line)[:LINE] for line in error.details[:6]]}
             return {**told, "stopped": isinstance(error.__context__, TimeUpError)}
         return {"traces": {id: _trace(trace) for id, trace in traces.items()}}
 
@@ -149,8 +149,8 @@ class Sink(TextIOBase):
 
 
 def _trace(trace: Trace) -> dict[str, Any]:
-    stop = trace.stop and [trace.stop.key, str(trace.stop.text)[:TEXT], str(trace.stop.line)[:TEXT]]
-    return {"steps": trace.steps, "stop": stop, "printed": trace.printed[-TEXT:]}
+    stop = trace.stop and [trace.stop.key, str(trace.stop.text)[:TEXT], str(trace.stop.line)[:LINE]]
+    return {"steps": trace.steps, "stop": stop, "printed": trace.printed[-LINE:]}
 
 
 def failure(error: BaseException) -> dict[str, Any]:

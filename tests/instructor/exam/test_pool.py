@@ -54,7 +54,8 @@ def graded(room, says, monkeypatch):
     return marks, ends, order
 
 
-SLOW = {"status": "failed", "stopped": True}
+BROKEN = {"status": "error", "again": True}
+SLOW = {"status": "failed", "again": True}
 
 
 def test_what_was_stopped_is_tried_once_more_when_all_else_is_done(room, monkeypatch):
@@ -77,6 +78,18 @@ def test_what_is_stopped_again_costs_only_its_own_points_and_little_time(room, m
 def test_a_process_that_ends_at_the_second_try_leaves_the_first_marks(room, monkeypatch):
     marks, ends, _ = graded(room, {(1, "check-kf"): [SLOW, "dies"]}, monkeypatch)
     assert marks[1, "check-kf"] == "failed" and ends[1] == ("done", "figure")
+
+
+def test_what_could_not_be_graded_is_tried_again_and_then_in_a_process_of_its_own(room, monkeypatch):
+    says = {
+        (1, "check-kf"): [BROKEN, {"status": "passed"}],
+        (2, "check-kf"): [BROKEN, BROKEN, {"status": "passed"}],
+        (2, "grade-many"): [BROKEN],
+    }
+    marks, ends, order = graded(room, says, monkeypatch)
+    assert {key for key, status in marks.items() if status != "passed"} == {(2, "grade-many")}
+    assert marks[2, "grade-many"] == "error" and ends[2] == ("done", "figure")
+    assert order.count((2, "grade-many")) == 3 and order.count((1, "check-kf")) == 2
 
 
 def test_each_process_gets_one_batch_of_a_usual_class():

@@ -73,9 +73,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "1",
+        "0.5",
         "--total",
-        "4",
+        "2",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
@@ -117,6 +117,12 @@ def test_a_case_has_its_outcome(graded, case):
 def test_the_others_get_their_points(graded, student):
     rows, *_ = graded
     assert all(row["status"] in ("passed", "open", "blank") for row in rows[student])
+
+
+def test_long_texts_are_cut(graded):
+    rows, out, *_ = graded
+    assert max(len(row["reason"]) for of in rows.values() for row in of) < 3000
+    assert max(path.stat().st_size for path in out.rglob("*.html")) < 400_000
 
 
 def test_a_filter_that_turns_wrong_later_does_not_get_all(graded):
