@@ -19,7 +19,7 @@ from .handin import read_cells
 from .listing import Member
 from .names import several, shorten
 from .nested import Opened
-from .owners import MAX_DEPTH, is_lab, is_notebook, may_be_notebook, owner_of, unwrapped
+from .owners import MAX_DEPTH, is_lab, is_notebook, may_be_notebook, owner_of, system_of, unwrapped
 
 MAX_BESIDE, MAX_BESIDE_BYTES = 50, 5_000_000  # files beside a notebook, and bytes of them in all
 NOT_THEIRS = {"site-packages", "node_modules", "venv", "env", "labkit"}  # installed or given out, not written
@@ -66,6 +66,7 @@ class _Student:
     top: str
     files: list = field(default_factory=list)
     typed: bool = False
+    problem: str = ""  # why none of them is looked at
 
 
 class Submissions:
@@ -94,6 +95,8 @@ class Submissions:
         entries, unfits = [], []
         for (student, identifier), found in students.items():
             good, reason, odd = choose(found.files, lab)
+            if found.problem:
+                good, reason, odd = [], found.problem, []
             notes += [f"{student}: {text}" for text in odd]
             if reason:
                 unfits.append(Unfit(student, identifier, self._source(found.top), None, reason))
@@ -163,14 +166,17 @@ class Submissions:
     def _students(self, lab):
         """{(student, identifier): _Student}, and notes on files that are nobody's."""
         students, strays, deep = {}, [], []
-        for parts, member in unwrapped(self._archive.members, lab):
-            owner = owner_of(parts, member.folder, lab)
+        pairs = unwrapped(self._archive.members, lab)
+        system = system_of(pairs)
+        for parts, member in pairs:
+            owner = owner_of(parts, member, lab, system)
             if not owner:
                 strays.append(member.path)
                 continue
             owner.apart = len(parts) > 1
             own = students.setdefault((owner.student, owner.identifier), _Student(member.path))
             own.top = "/".join(member.parts[: len(member.parts) - len(parts) + 1])
+            own.problem = own.problem or owner.doubt
             if len(parts) > 1 + MAX_DEPTH:
                 deep.append(member.path)
             elif owner.typed:

@@ -1,8 +1,12 @@
-"""Whose a file is and which lab it may be of, from the names that an LMS or a person gave it."""
+"""Whose a file is and which lab it may be of, from the names that an LMS or a person gave it.
+
+An LMS puts the student's name and number before the name that the student chose, so the same text may look like two
+LMSs' names. Which LMS it was is decided for the class as a whole; where that cannot be told, nobody is.
+"""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 
 from .listing import Member
@@ -22,7 +26,7 @@ BLACKBOARD = re.compile(
     r".+?_(?P<name>[^_]+)_attempt_(?P<when>\d{4}(?:-\d\d){5})(?:_(?P<file>.+)|(?P<typed>\.txt))$", re.IGNORECASE
 )
 CANVAS = re.compile(
-    r"(?:(?!LATE_)(?P<name>.+?)_)?(?P<late>LATE_)?(?P<id>\d+|anon_[^_]+)"
+    r"(?:(?!LATE_|anon_[^_]+_\d)(?P<name>.+?)_)?(?P<late>LATE_)?(?P<id>\d+|anon_[^_]+)"
     r"_(?:(?P<upload>[1-9]\d*)_(?P<file>.+)|(?P<typed>(?:text|link)\.html))$"
 )
 OTHER = re.compile(r"(?<!\d)0\d[ _-][a-z]\w*", re.IGNORECASE)  # the name of any lab
@@ -44,6 +48,7 @@ class Owner:
     when: datetime | None = None  # by the LMS's own name for the attempt
     canvas: bool = False
     apart: bool = False  # in a folder of the student's own
+    doubt: str = ""  # why it is nobody's, a sentence
 
 
 def unwrapped(members: Sequence[Member], lab: str) -> list[tuple[tuple[str, ...], Member]]:
@@ -52,14 +57,28 @@ def unwrapped(members: Sequence[Member], lab: str) -> list[tuple[tuple[str, ...]
     for _ in range(MAX_DEPTH):
         tops = {parts[0] for parts, _ in pairs}
         inner = [(parts[1:], member) for parts, member in pairs if len(parts) > 1]
-        if len(tops) != 1 or not inner or MOODLE.match(*tops) or BRIGHTSPACE.match(*tops) or is_notebook(*tops):
-            return pairs
+        if len(tops) != 1 or not inner or readings(*pairs[0]) or is_notebook(*tops):
+            break
         # A notebook whose name is only the lab's needs the folder to tell whose it is.
-        books = [parts for parts, member in inner if len(parts) == 1 and is_notebook(parts[0])]
-        if not all(owner_of(parts, False, lab) for parts in books):
-            return pairs
+        books = [pair for pair in inner if len(pair[0]) == 1 and is_notebook(pair[0][0])]
+        if not all(owner_of(*pair, lab) for pair in books):
+            break
         pairs = inner
-    return pairs
+    return _downloads_opened(pairs, lab)
+
+
+def _downloads_opened(pairs, lab):
+    """The pairs without the LMS's own zips, packed into a folder as they were downloaded.
+
+    Such a zip holds nothing but Moodle's or Brightspace's folders, and has itself no student's name or the lab's.
+    """
+    inside: dict[str, list[bool]] = {}
+    for parts, member in pairs:
+        if parts[0].lower().endswith(".zip") and len(parts) > 1:
+            theirs = bool(MOODLE.match(parts[1]) or BRIGHTSPACE.match(parts[1]))
+            inside.setdefault(parts[0], []).append(theirs and not readings(parts, member) and not is_lab(parts[0], lab))
+    downloads = {top for top, theirs in inside.items() if all(theirs)}
+    return [(parts[1:] if parts[0] in downloads and len(parts) > 1 else parts, member) for parts, member in pairs]
 
 
 def _cut(parts):
@@ -70,46 +89,85 @@ def _cut(parts):
     return parts
 
 
-def owner_of(parts: Sequence[str], folder: bool, lab: str) -> Owner | None:
-    """The Owner of a path, None if it names no student."""
-    top = parts[0]
+def system_of(pairs: Iterable[tuple[tuple[str, ...], Member]]) -> str:
+    """The LMS whose names all have that look like any LMS's, '' if there is none or they may be two LMSs'."""
+    known = [found for pair in pairs if (found := readings(*pair).keys())]
+    every = set.intersection(*map(set, known)) if known else set()
+    return every.pop() if len(every) == 1 else ""
+
+
+def owner_of(parts: Sequence[str], member: Member, lab: str, system: str = "") -> Owner | None:
+    """The Owner of a path, None if it names no student. system: the LMS, where the class as a whole tells it."""
+    found, top = readings(parts, member), parts[0]
+    if system in found or len(found) == 1:
+        return found[system] if system in found else next(iter(found.values()))
+    if found:
+        whose = " or ".join(f"{owner.student}'s by {name}" for name, owner in found.items())
+        return Owner(readable(top), doubt=f"Its name may be {whose}: put it into a folder with its student's name.")
     name = parts[-1] if len(parts) > 1 else ""
-    if match := MOODLE.match(top):
-        student, number = readable(match["name"].replace("_", " ")) or "?", match["id"]
-        if student.lower() == "participant":  # marked blind
-            student = f"{student} {number}"
-        return Owner(student, number, name or match["file"] or "", typed=match["plugin"] != "file")
+    if not _packed(parts) and (len(parts) > 1 or member.folder and not is_notebook(top)):
+        return Owner(readable(top), "", name)
+    file = f"{top[:-4]}.ipynb" if _packed(parts) else top
+    named = is_notebook(file) or may_be_notebook(file) and is_lab(file, lab)
+    student = _student(re.sub(r"(?i)\.json$", "", NOTEBOOK.sub("", file)), lab) if named else ""
+    if _packed(parts):
+        return Owner(student or readable(top), "", name)
+    return Owner(student, "", top) if student else None
+
+
+def readings(parts: Sequence[str], member: Member) -> dict[str, Owner]:
+    """{LMS: Owner} of a path, for each LMS that may have given its first name."""
+    top, name = parts[0], parts[-1] if len(parts) > 1 else ""
+    found = {"Moodle": _moodle(top, name), "Brightspace": _brightspace(top, name), "Blackboard": _blackboard(top, name)}
+    if len(parts) == 1 and (not member.folder or is_notebook(top)) or _packed(parts):
+        found["Canvas"] = _canvas(top, name)
+    return {lms: owner for lms, owner in found.items() if owner}
+
+
+def _packed(parts):
+    """Whether the path leads into a zip of one student."""
+    return len(parts) > 1 and parts[0].lower().endswith(".zip")
+
+
+def _moodle(top, name):
     if match := re.fullmatch(r"(Participant)[_ ](\d+)", top, re.IGNORECASE):
         return Owner(f"{match[1]} {match[2]}", match[2], name)
-    if match := BRIGHTSPACE.match(top):
-        when = _moment(match["when"].replace(" AM", "AM").replace(" PM", "PM"), "%b %d, %Y %I%M%p")
-        return Owner(readable(match["name"]), match["id"] or "", name or match["file"] or "", when=when)
-    if match := BLACKBOARD.match(top):
-        when = _moment(match["when"], "%Y-%m-%d-%H-%M-%S")
-        file = name or match["file"] or ""
-        return Owner(readable(match["name"]), "", file, when=when)  # its texts say no more than that
-    if top.lower().endswith(".zip") and len(parts) > 1 and (MOODLE.match(parts[1]) or BRIGHTSPACE.match(parts[1])):
-        return owner_of(parts[1:], folder, lab)  # the LMS's own download, in a folder
-    packed = top.lower().endswith(".zip") and len(parts) > 1
-    if packed and (owner := owner_of((f"{top[:-4]}.ipynb",), False, lab)):  # a zip that the LMS named for its student
-        return replace(owner, name=name)
-    if len(parts) > 1 or folder and not is_notebook(top):
-        return Owner(readable(top), "", name)
+    if not (match := MOODLE.match(top)):
+        return None
+    student, number = readable(match["name"].replace("_", " ")) or "?", match["id"]
+    if student.lower() == "participant":  # marked blind
+        student = f"{student} {number}"
+    return Owner(student, number, name or match["file"] or "", typed=match["plugin"] != "file")
+
+
+def _brightspace(top, name):
+    if not (match := BRIGHTSPACE.match(top)):
+        return None
+    when = _moment(match["when"].replace(" AM", "AM").replace(" PM", "PM"), "%b %d, %Y %I%M%p")
+    return Owner(readable(match["name"]), match["id"] or "", name or match["file"] or "", when=when)
+
+
+def _blackboard(top, name):
+    if not (match := BLACKBOARD.match(top)):
+        return None
+    when = _moment(match["when"], "%Y-%m-%d-%H-%M-%S")
+    return Owner(readable(match["name"]), "", name or match["file"] or "", when=when)  # its texts say no more than that
+
+
+def _canvas(top, name):
     match = CANVAS.match(top)
-    if match and (match["name"] or not match["id"].isdigit()):
-        number = match["id"].removeprefix("anon_")
-        return Owner(
-            readable(match["name"] or f"Anonymous {number}"),
-            number,
-            match["file"] or match["typed"],
-            bool(match["late"]),
-            bool(match["typed"]),
-            int(match["upload"] or 0),
-            canvas=True,
-        )
-    named = is_notebook(top) or may_be_notebook(top) and is_lab(top, lab)
-    student = _student(re.sub(r"(?i)\.json$", "", NOTEBOOK.sub("", top)), lab) if named else ""
-    return Owner(student, "", top) if student else None
+    if not match or not match["name"] and match["id"].isdigit():
+        return None
+    number = match["id"].removeprefix("anon_")
+    return Owner(
+        readable(match["name"] or f"Anonymous {number}"),
+        number,
+        name or match["file"] or match["typed"],
+        bool(match["late"]),
+        bool(match["typed"]),
+        int(match["upload"] or 0),
+        canvas=True,
+    )
 
 
 def _student(stem, lab):

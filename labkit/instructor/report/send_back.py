@@ -11,6 +11,7 @@ from ..intake.owners import CANVAS, MOODLE
 from ..records import Result
 from .lms import Row, digits, match
 from .names import labels
+from .texts import clean
 
 FOLDER = "assignsubmission_file_"
 
@@ -27,11 +28,11 @@ def send_back(
     groups = _members(rows, results)
     ours = {digits(results[at].identifier) for at in groups}
     for at, (label, result) in enumerate(zip(labels(results), results)):
-        name = _name(result.source, pages[label])
+        name = _name(result, pages[label])
         names = [name] if name else []
         # Newer Moodle knows groups by their own number, older one members by theirs: never one taken for the other.
         others = [row for row in groups.get(at, ()) if name and digits(row.identifier) not in ours]
-        names += [f"{row.name.replace('_', ' ')}_{digits(row.identifier)}_{FOLDER}/{pages[label]}" for row in others]
+        names += [f"{_plain(row.name)}_{digits(row.identifier)}_{FOLDER}/{pages[label]}" for row in others]
         found.update(dict.fromkeys(names, folder / pages[label]))
     if not found:
         path.unlink(missing_ok=True)
@@ -55,15 +56,28 @@ def _members(rows: Mapping[int, Row], results: Sequence[Result]) -> dict[int, li
     return found
 
 
-def _name(source: str, page: str) -> str:
-    """The page's name in the zip, by that of the file that was handed in; '' if it came from neither."""
-    parts = re.split(r"/|: ", source)
+def _name(result: Result, page: str) -> str:
+    """The page's name in the zip, by that of the file that was handed in; '' if it came from neither.
+
+    The student's number must stand in it: a student may call a file as an LMS calls those of another student.
+    """
+    parts = [_safe(part) for part in re.split(r"/|: ", result.source)]
     for part in parts:
         of = MOODLE.match(part)
-        if of and of["plugin"] == "file":
+        if of and of["plugin"] == "file" and of["id"] == result.identifier:
             return f"{part[: of.start('file')]}{page}" if of["file"] else f"{part}/{page}"
     of = CANVAS.match(parts[-1])
-    if of and of["name"] and of["upload"]:
+    if of and of["name"] and of["upload"] and of["id"] == result.identifier:
         # Its numbers are what Canvas goes by; a page must end as one.
         return f"{parts[-1].rsplit('.', 1)[0]}.html"
     return ""
+
+
+def _plain(name: str) -> str:
+    """A member's name as Moodle has it in a folder's: its underscores stand for spaces."""
+    return _safe(name).replace("_", " ").replace("/", " ")
+
+
+def _safe(name: str) -> str:
+    """A name that leads nowhere else on any system."""
+    return re.sub(r'[\\:*?"<>|\x00-\x1f]', "-", clean(name))
