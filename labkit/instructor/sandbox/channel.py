@@ -77,22 +77,11 @@ class Channel:
         limit = Deadline(self.usage, seconds)
         self._send(wire.pack({**request, "allowed": seconds}, objects=True), limit)
         try:
-            head = self._receive(8, limit)
-            text, raw = wire.sizes(head)
+            text, raw = wire.sizes(self._receive(8, limit))
             body = self._receive(text + raw, limit)
-            answer = wire.unpack(body[:text], body[text:])
-            if "odd" in answer:
-                raise StudentCodeError(
-                    "TypeError", None, f"What came back is no number or array: {ODD(answer)['odd']}."
-                )
-            if "raised" not in answer:
-                return form(answer)
-            error = RAISED(answer)
-        except (wire.FrameError, TypeError):  # TypeError: it cannot even hold fields
+            return understood(body[:text], body[text:], form)
+        except wire.FrameError:
             raise WorkerLostError(SPOILT) from None
-        raise StudentCodeError(
-            error["raised"], error["place"] and tuple(error["place"]), error["text"], error["stopped"]
-        )
 
     def _send(self, data, limit):
         stream = self.worker.requests
@@ -142,3 +131,16 @@ class Channel:
     def end(self) -> None:
         """Be rid of the worker."""
         self.worker.end()
+
+
+def understood(text: bytes, raw: bytes, form: Form) -> dict[str, Any]:
+    """The answer in a frame's two parts. Raises StudentCodeError if it tells of one, FrameError for another form."""
+    answer = wire.unpack(text, raw)
+    fields_of = answer if isinstance(answer, dict) else {}
+    if "odd" in fields_of:
+        raise StudentCodeError("TypeError", None, f"What came back is no number and no array: {ODD(answer)['odd']}.")
+    if "raised" in fields_of:
+        error = RAISED(answer)
+        place = error["place"] and tuple(error["place"])
+        raise StudentCodeError(error["raised"], place, error["text"], error["stopped"])
+    return form(answer)

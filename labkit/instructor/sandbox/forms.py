@@ -39,7 +39,7 @@ def array(value: Any) -> np.ndarray:
 def result(value: Any) -> Any:
     """What a student's function may give: numbers, texts, arrays and what Python puts these into."""
     if type(value) is int and abs(value) >= 2**63:
-        return math.copysign(math.inf, value)
+        return math.inf if value > 0 else -math.inf
     if isinstance(value, list | tuple):
         return type(value)(map(result, value))
     if isinstance(value, dict):

@@ -60,8 +60,7 @@ class Student:
         self._spare_time()
         self._start()
         self.tainted = False
-        problems = several(PROBLEM, 0, MOST)
-        form = fields(kinds=table(text(80), self.wanted), problems=problems, stopped=flag)
+        form = load_form(self.wanted)
         try:
             answer = self._timed({"do": "load", **asdict(self.notebook), "wanted": self.wanted}, form)
         except NotGradedError:
@@ -152,6 +151,11 @@ class Notebook:
     cells: Sequence[dict[str, Any]]
     given: Sequence[dict[str, Any]] = ()
     files: Mapping[str, str] = field(default_factory=dict)
+
+
+def load_form(wanted: Sequence[str]) -> Form:
+    """What the answer to a notebook may be, of which these names are wanted."""
+    return fields(kinds=table(text(80), wanted), problems=several(PROBLEM, 0, MOST), stopped=flag)
 
 
 class MissingAnswerError(WorkerLostError):

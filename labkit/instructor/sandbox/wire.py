@@ -14,8 +14,9 @@ import numpy as np
 from ...checks import kinds
 
 LIMIT = 16_000_000  # bytes of a request
-# Bytes of an answer. The longest of a right notebook's are 0.01 and 0.4 MB; this much is read in 50 ms, whatever it is.
-TEXT, RAW = 2**17, 2**21
+# Of an answer: bytes of both parts, and lists and tables in it. The longest of a right notebook's have 0.01 and 0.4 MB
+# and some hundred lists; this much is read in 50 ms and 16 MB, whatever it is.
+TEXT, RAW, LISTS = 2**16, 2**21, 8000
 TYPES = ("<f8", "<i8", "|b1")
 DEEPEST = 20  # lists in lists
 _HEAD = struct.Struct(">II")
@@ -48,6 +49,8 @@ def _fit(text, raw, objects):
 
 def unpack(text: bytes, raw: bytes, objects: bool = False) -> Any:
     """The message of a frame's two parts. Raises FrameError, also for an object where none is expected."""
+    if not objects and text.count(b"[") + text.count(b"{") > LISTS:
+        raise FrameError("more lists came back than any answer needs")
     try:
         stored = json.loads(text.decode("utf-8"))
     except (ValueError, RecursionError):
