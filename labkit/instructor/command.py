@@ -8,7 +8,7 @@ import threading
 from argparse import Namespace
 from pathlib import Path
 
-from .console import Progress
+from .console import Progress, stoppable
 from .exam import pool
 from .exam.jobs import Job, Room, way
 from .exam.paper import Paper, read as read_paper
@@ -25,6 +25,7 @@ from .sandbox.launch import Sandbox
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
 
 
+@stoppable()
 def main(args: Namespace) -> int:
     """Run the command with parsed arguments; returns the exit status."""
     try:

@@ -1,7 +1,10 @@
 """What a person sees while a class is graded."""
 
+import signal
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from . import records
 from .report import texts
@@ -44,3 +47,18 @@ class Progress:
         if self.bar:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Let whoever ends this program, or closes its terminal, do the same as Ctrl-C: nothing is left behind then."""
+    before = {}
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # not every system has both
+        if number and signal.getsignal(number) is signal.SIG_DFL:  # under nohup it is ignored
+            before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .. import records
+from .. import folders, records
 from ..sandbox.launch import make_runtime
 from .jobs import LARGEST, Job, Room, batches, take_figures, write_batch
 from .paper import Paper
@@ -31,7 +31,8 @@ class Runner:
         self.folder = folder
         # One thread each: the processes share the cores among themselves.
         threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-        environment = {**os.environ, **threads, "PYTHONPATH": KIT, "PYTHONUTF8": "1"}
+        # What Jupyter leaves in temporary files goes with the folder.
+        environment = {**os.environ, **threads, "PYTHONPATH": KIT, "PYTHONUTF8": "1", "TMPDIR": str(folder)}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "labkit.instructor.exam.batch"],
             cwd=folder,
@@ -78,11 +79,11 @@ class Local:
     """The processes of one machine, which load while the grader still looks at what was handed in."""
 
     def __init__(self, workers: int) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="labkit-grade-", ignore_cleanup_errors=True)
+        self._stack = contextlib.ExitStack()
+        folder = self._stack.enter_context(folders.temporary("grade"))
         # Students' workers, which may be another user, read the runtime; nobody else reads the rest.
-        os.chmod(self._folder.name, 0o711)
-        self.runtime = make_runtime(Path(self._folder.name, "runtime"))
-        self._scratch = Path(self._folder.name, "batches")
+        self.runtime = make_runtime(Path(folder, "runtime"))
+        self._scratch = Path(folder, "batches")
         self._scratch.mkdir(mode=0o700)
         self._workers, self._runners = workers, [Runner(self._scratch)]
         self._threads: list[threading.Thread] = []
@@ -97,7 +98,7 @@ class Local:
             runner.end()
         for thread in self._threads:
             thread.join(5)
-        self._folder.cleanup()
+        self._stack.close()
 
     def grade(self, room: Room, jobs: Sequence[Job]) -> Iterator[News]:
         """Grade all jobs; yields as Runner.grade does, and ('lost', job id, why).

@@ -10,9 +10,11 @@ from ...notebook.usage import LOOK, Deadline, Usage
 from . import wire
 from .forms import ODD, RAISED, Form, fields, flag
 from .launch import Sandbox
+from .space import BYTES, FILES
 
 START = 30  # seconds of the processor for a worker to be there
 ENDED = "leave out exit() and the like, and look for a list that never stops growing."
+FULL = f"Your code kept more than {BYTES >> 20} MB or {FILES} files: leave out what it writes into files."
 TINY, PAUSE = 4096, 0.001  # bytes: for more, one waits so many seconds, lest an answer come byte by byte
 SPOILT = "What came back from your code is no answer to what was asked, so this check was lost."
 
@@ -121,6 +123,8 @@ class Channel:
 
     def _gone(self):
         """What to raise for a worker that has closed its pipes."""
+        if self.worker.watch.full:
+            return WorkerLostError(FULL)
         how = self.worker.ended()
         if how is None:
             return WorkerLostError(SPOILT)

@@ -3,9 +3,9 @@
 import argparse
 import os
 import sys
-import tempfile
 from collections.abc import Iterator
 
+from .. import folders
 from ..records import CommandError
 from . import levels, probe
 from .launch import Sandbox, make_runtime
@@ -19,8 +19,7 @@ def look() -> Iterator[levels.Found]:
         raise CommandError(
             "Grading runs students' code in a sandbox that Windows does not have: use Linux, or WSL on Windows."
         )
-    with tempfile.TemporaryDirectory(prefix="labkit-") as folder:
-        os.chmod(folder, 0o711)
+    with folders.temporary("sandbox") as folder:
         yield from levels.find(make_runtime(os.path.join(folder, "runtime")))
 
 
@@ -63,11 +62,11 @@ def table() -> int:
     ways = [one for one in found if one.sandbox]
     if ways:
         print()
-        width = max(map(len, probe.PROMISES.values()))
-        print(" " * (width + 9) + "  ".join(one.way for one in ways))
-        for name, words in probe.PROMISES.items():
+        width = max(len(words) for words, _ in probe.PROMISES.values())
+        print(" " * (width + 9), *(f"{one.way} " for one in ways), "tried with")
+        for name, (words, tried) in probe.PROMISES.items():
             cells = (("yes" if name in one.held else "NO").center(len(one.way)) for one in ways)
-            print(f"A worker {words:{width}}" + "  ".join(cells).rstrip())
+            print(f"A worker {words:{width}}", *(f"{cell} " for cell in cells), tried)
     best = max((one.sandbox.level for one in found if one.sandbox), default=0)
     print(f"\nlabkit grade uses level {best}: {levels.WORDS[best]}.")
     return 0 if best >= 2 else 1

@@ -1,26 +1,23 @@
 """How a worker process is shut in: the ways there are, and the command that starts one."""
 
 import compileall
-import contextlib
 import os
-import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
 
-from . import cgroup
+from . import account, cgroup
+from .process import Process, shortages
+from .space import BYTES
 
-GONE = 5  # seconds that a process has to be gone after it has closed its pipes
-NOBODY = 65534  # the user that root's workers become
 SYSTEM = ("/usr", "/lib", "/lib64", "/lib32", "/bin", "/etc/ld.so.cache", "/etc/alternatives")
 DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
 # Of the instructors' wing a worker needs these; the checks' numbers and the grader itself stay outside.
-INSIDE = ("__init__", "sandbox/__init__", "sandbox/worker", "sandbox/wire", "sandbox/confine", "sandbox/probe")
+WORKERS = ("__init__", "calls", "confine", "fill", "probe", "wire", "worker")
+INSIDE = ("__init__", *(f"sandbox/{name}" for name in WORKERS))
 
 
 @dataclass(frozen=True)
@@ -37,23 +34,21 @@ class Sandbox:
     group: bool = False
     seccomp: bool = True
 
-    def start(self, seconds: float) -> "Process":
+    def start(self, seconds: float) -> Process:
         """A new worker process, with `seconds` of the processor for all that it does."""
         inside = "/tmp" if self.way == "bubblewrap" else ""
-        scratch = tempfile.mkdtemp(prefix="labkit-work-") if not inside else ""
-        uid = NOBODY if hasattr(os, "geteuid") and os.geteuid() == 0 else None
-        if uid is not None and scratch:
-            os.chown(scratch, uid, uid)
+        scratch = tempfile.mkdtemp(prefix="work-", dir=os.path.dirname(self.runtime)) if not inside else ""
+        root = hasattr(os, "geteuid") and os.geteuid() == 0
         needs = ["py_landlock"] * (self.way == "landlock") + ["pyseccomp"] * self.seccomp
         begin = f"import sys; sys.path.insert(0, {self.runtime!r}); "
         code = begin + f"from labkit.instructor.sandbox.worker import main; main(*{needs})"
         command = [sys.executable, "-I", "-B", "-X", "utf8", "-c", code]
         if self.way == "bubblewrap":
-            command = bubblewrap(self.runtime, uid is not None) + command
+            command = bubblewrap(self.runtime, root) + command
         group = cgroup.make() if self.group else None
         if group:
             command = cgroup.within(group) + command
-        shortages = _shortages()
+        before = shortages()
         process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
@@ -64,90 +59,20 @@ class Sandbox:
             start_new_session=True,
             bufsize=0,
         )
+        uid = account.user(process.pid) if root else None
+        if uid is not None and scratch:
+            os.chown(scratch, uid, uid)
         limits = {
             "landlock": self.way == "landlock",
             "seccomp": self.seccomp and self.way != "limits",
             "uid": uid,
             "scratch": inside or scratch,
+            "threads": account.threads(self.way, uid),
+            "parent": os.getpid() if self.way != "bubblewrap" else None,  # which does that by itself
             "seconds": 2 * int(seconds) + 10,  # a far stop: the grader measures by itself, and says more
             "readable": [*readable(self.runtime), *DEVICES] if self.way == "landlock" else [],
         }
-        return Process(process, scratch, limits, group, self.way, shortages)
-
-
-@dataclass
-class Process:
-    """A worker that runs: its pipes, and how to be rid of it.
-
-    limits: what `confine` is told in it;  group: the folder of its cgroup, or None.
-    """
-
-    process: subprocess.Popen
-    scratch: str
-    limits: dict[str, Any]
-    group: str | None = None
-    way: str = ""
-    shortages: int = 0  # of the machine's memory, before it
-
-    @property
-    def requests(self) -> IO[bytes]:
-        """Where frames go in."""
-        assert self.process.stdin is not None
-        return self.process.stdin
-
-    @property
-    def answers(self) -> IO[bytes]:
-        """Where frames come out."""
-        assert self.process.stdout is not None
-        return self.process.stdout
-
-    def ended(self) -> "Ending | None":
-        """How it ended by itself, or None if it did not."""
-        try:
-            status = self.process.wait(GONE)
-        except subprocess.TimeoutExpired:
-            return None
-        short = _shortages() > self.shortages
-        # bwrap tells the worker's own end by its exit status; nobody inside can reach bwrap itself.
-        outside = short or self.way == "bubblewrap" and status < 0
-        number = -status if status < 0 else status - 128
-        if number not in set(signal.Signals):
-            return Ending(f"exit status {status}", outside)
-        words = "the machine's memory was used up" if short else f"signal {signal.Signals(number).name}"
-        return Ending(words, outside, unclear=number == signal.SIGKILL)
-
-    def end(self) -> None:
-        """Kill it with all that it started, and remove its traces."""
-        try:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):
-            self.process.kill()
-        for stream in (self.requests, self.answers):
-            with contextlib.suppress(OSError):
-                stream.close()
-        self.process.wait()
-        if self.group:
-            cgroup.remove(self.group)
-        if self.scratch:
-            shutil.rmtree(self.scratch, ignore_errors=True)
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How a worker ended: in words;  outside: that nothing inside it can have done that;  unclear: nor the opposite."""
-
-    words: str
-    outside: bool
-    unclear: bool = False
-
-
-def _shortages():
-    """How often this machine has ended a process for want of memory; 0 where it does not tell."""
-    try:
-        told = re.search(r"^oom_kill (\d+)$", Path("/proc/vmstat").read_text(), re.MULTILINE)
-    except OSError:
-        return 0
-    return int(told[1]) if told else 0
+        return Process(process, scratch, limits, group, self.way, before)
 
 
 def environment(home: str) -> dict[str, str]:
@@ -175,8 +100,10 @@ def bubblewrap(runtime: str, root: bool) -> list[str]:
     command += ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try", "--cap-drop", "ALL"]
     # Only root can open its own home folder, where Python may be: it binds first and drops itself later.
     command += ["--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"] if root else ["--unshare-user"]
-    command += ["--proc", "/proc", "--dev", "/dev", "--size", str(2**26), "--perms", "1777", "--tmpfs", "/tmp"]
-    made = {"/", "/tmp", "/usr", "/etc"}
+    command += ["--proc", "/proc", "--size", str(BYTES), "--perms", "1777", "--tmpfs", "/tmp"]
+    for device in DEVICES:  # its own /dev would be another place to write to
+        command += ["--dev-bind", device, device]
+    made = {"/", "/tmp", "/usr", "/etc", "/dev"}
     for path in readable(runtime):
         if os.path.islink(path):
             command += ["--symlink", os.readlink(path), path]
@@ -186,7 +113,7 @@ def bubblewrap(runtime: str, root: bool) -> list[str]:
                 command += ["--perms", "0755", "--dir", str(parent)]
                 made.add(str(parent))
         command += ["--ro-bind", path, path]
-    return command + ["--chdir", "/tmp", "--"]
+    return command + ["--remount-ro", "/", "--chdir", "/tmp", "--"]
 
 
 def make_runtime(folder: str | Path) -> str:

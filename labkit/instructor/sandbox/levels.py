@@ -4,17 +4,18 @@ import os
 import shutil
 import socket
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from . import cgroup, probe
-from .channel import Channel
+from .. import folders
+from . import cgroup, fill, probe
+from .channel import Channel, WorkerLostError
 from .confine import MEMORY, usable
-from .forms import flag, table
+from .forms import fields, flag, table, whole
 from .launch import Sandbox
+from .space import BYTES, FILES
 
 WORDS = {
     4: "no network, no files, one memory cap for all that a submission starts",
@@ -81,16 +82,40 @@ def _open_to_all(path):
 def try_out(sandbox: Sandbox) -> frozenset[str]:
     """The promises of probe.PROMISES that this sandbox keeps."""
     with _targets() as targets, _secret():
-        channel = Channel(sandbox, 60)
-        try:
-            channel.settle()
-            answer = channel.ask({"do": "probe", **targets}, 30, table(flag, probe.PROMISES))
-        finally:
-            channel.end()
+        canary, before = targets["canary"], _about(targets["canary"])
+        answer = _ask(sandbox, {"do": "probe", **targets}, table(flag, probe.PROMISES)) or {}
         held = {name for name in probe.PROMISES if answer.get(name) is True}
         if os.path.exists(os.path.join(targets["folder"], "from-inside")):
             held.discard("write")
+        if _about(canary) == before:
+            held.add("metadata")
+    for name, what, most in (("space", "bytes", BYTES), ("count", "files", FILES)):
+        request = {"do": "fill", "what": what, "places": fill.around(), "most": 2 * most}
+        answer = _ask(sandbox, request, fields(kept=whole))
+        if answer is None or answer["kept"] <= most:
+            held.add(name)
     return frozenset(held)
+
+
+def _ask(sandbox, request, form):
+    """What a new worker answers, or None if it was stopped since it kept too much."""
+    channel = Channel(sandbox, 60)
+    try:
+        channel.settle()
+        return channel.ask(request, 30, form)
+    except WorkerLostError:
+        if not channel.worker.watch.full:
+            raise
+        return None
+    finally:
+        channel.end()
+
+
+def _about(path):
+    """What can be changed of a file without writing into it."""
+    about = os.stat(path)
+    more = os.listxattr(path) if hasattr(os, "listxattr") else []
+    return about.st_mode, about.st_uid, about.st_gid, about.st_size, about.st_mtime_ns, more
 
 
 @contextmanager
@@ -106,7 +131,7 @@ def _secret():
 def _targets():
     """Things of the grader's that a worker should not reach."""
     with ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="labkit-probe-"))
+        folder = stack.enter_context(folders.temporary("probe", short=True))
         os.chmod(folder, 0o777)
         canary = Path(folder, "canary")
         canary.write_text("not for students")

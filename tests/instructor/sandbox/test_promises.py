@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="grading needs a Unix")
 
 @pytest.fixture(scope="module")
 def found():
-    return choose.look()
+    return list(choose.look())
 
 
 def options(**more):
@@ -82,6 +82,10 @@ def test_the_table_is_printed():
     done = subprocess.run([sys.executable, "-m", "labkit", "sandbox"], capture_output=True, text=True)
     assert done.returncode in (0, 1), done.stderr
     assert all(words in done.stdout for words in ("bubblewrap", "landlock", "labkit grade uses level"))
+    lines = [line for line in done.stdout.splitlines() if line.startswith("A worker ")]
+    assert not lines or len(lines) == len(probe.PROMISES)
+    assert all(line.endswith(tried) for line, (_, tried) in zip(lines, probe.PROMISES.values()))
+    assert max(map(len, done.stdout.splitlines())) <= 160
 
 
 def test_folders_are_bound_once():
@@ -130,8 +134,6 @@ def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
     box = next((one.sandbox for one in found if one.sandbox), None)
     if box is None:
         pytest.skip("no sandbox here")
-    base = os.path.realpath(os.environ.get("TMPDIR", "/tmp"))
-    before = {name for name in os.listdir(base) if name.startswith("labkit-work-")}
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
         channel = Channel(Sandbox(box.way, make_runtime(f"{folder}/runtime"), level=box.level), 30)
@@ -144,8 +146,8 @@ def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
             ask_to_the_end(channel)
         assert outside or lost.value.killed
         channel.end()
+        assert os.listdir(folder) == ["runtime"]
     assert channel.worker.process.poll() is not None
-    assert {name for name in os.listdir(base) if name.startswith("labkit-work-")} == before
 
 
 def test_a_process_is_put_into_its_control_group_first(tmp_path):
