@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import IO, TypeAlias
 
 from ..records import CommandError, HandInError
-from .listing import MAX_FILES, Listing, Member, too_many
+from .listing import MAX_FILES, Listing, Member, is_junk, level_of, too_many
 from .names import readable, shorten
 
 MAX_BYTES = 20_000_000  # of one file
@@ -24,15 +24,8 @@ MAX_DEPTH = 8  # folders inside folders
 CHUNK = 1 << 20
 
 DAMAGE = (
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-    EOFError,
-    ValueError,
-    OverflowError,
-    OSError,
-    NotImplementedError,
-    RuntimeError,
+    *(zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, OverflowError, OSError),
+    *(NotImplementedError, RuntimeError),
 )
 
 
@@ -66,7 +59,8 @@ class Folder:
         self.name = readable(path.resolve().name)
         self._listing = Listing(path)
         self._walk(path, "", 0)
-        self.members, self.notes = self._listing.members, self._listing.notes()
+        self.members, self.notes = self._listing.found()
+        self.level = self._listing.level
 
     def _walk(self, folder, prefix, depth):
         try:
@@ -77,7 +71,12 @@ class Folder:
                 raise CommandError(f"{folder} cannot be opened: {error.strerror}.") from None
             self._listing.refuse("which cannot be opened", prefix)
             return
+        own = [name for name in names if not is_junk(name)]
+        if depth == self._listing.level and len(own) == 1 and os.path.isdir(os.path.join(folder, *own)):
+            self._listing.level += 1
         for name in names:
+            if self._listing.crowded(tuple(f"{prefix}{name}".split("/"))):
+                return
             path = os.path.join(folder, name)
             try:
                 info = os.lstat(path)
@@ -136,7 +135,8 @@ class Zip:
         except CommandError:
             self.close()
             raise
-        self.members, self.notes = self._listing.members, self._listing.notes()
+        self.members, self.notes = self._listing.found()
+        self.level = self._listing.level
 
     def _list(self, path):
         infos = self._zip.infolist()
@@ -144,6 +144,7 @@ class Zip:
         if files and all(info.flag_bits & 1 for info in files):
             raise CommandError(f"{path} is encrypted: give a zip without a password.")
         shared = _overlapping(infos, self._zip.start_dir)
+        self._listing.level = level_of(map(_name, infos))
         for number, info in enumerate(infos):
             when = _moment(datetime, *info.date_time)
             wrong = "overlaps another file of the zip" if number in shared else _unreadable(info)

@@ -16,7 +16,7 @@ from ..records import CommandError, HandInError
 from .archive import open_archive
 from .choice import alike, choose
 from .handin import read_cells
-from .listing import Member
+from .listing import CROWDED, Member
 from .names import several, shorten
 from .nested import Opened
 from .owners import MAX_DEPTH, is_lab, is_notebook, may_be_notebook, owner_of, system_of, unwrapped
@@ -177,6 +177,8 @@ class Submissions:
             own = students.setdefault((owner.student, owner.identifier), _Student(member.path))
             own.top = "/".join(member.parts[: len(member.parts) - len(parts) + 1])
             own.problem = own.problem or owner.doubt
+            if member.wrong == CROWDED:
+                own.problem = f"The folder {CROWDED}: hand in the notebook itself."
             if len(parts) > 1 + MAX_DEPTH:
                 deep.append(member.path)
             elif owner.typed:

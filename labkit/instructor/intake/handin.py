@@ -10,6 +10,7 @@ from .names import readable, shorten
 
 MAX_PARTS = 1_000_000  # lists and tables in one notebook: 20 MB of '[[],[],' would fill 500 MB
 MAX_CELLS = 2_000
+MAX_TEXT = 1_000_000  # characters of code and text in one notebook: a lab has some ten thousand
 
 
 def read_cells(raw: bytes, name: str) -> list[Cell]:
@@ -22,6 +23,8 @@ def read_cells(raw: bytes, name: str) -> list[Cell]:
         raise HandInError(shorten(str(error), 400)) from None
     if len(cells) > MAX_CELLS:
         raise HandInError(f"{name} has {len(cells)} cells, and {MAX_CELLS} is the most: merge or delete some.")
+    if sum(len(cell.source) for cell in cells) > MAX_TEXT:
+        raise HandInError(f"{name} has more than {MAX_TEXT} characters of code and text: delete what is no answer.")
     return [_plain(cell) for cell in cells]
 
 

@@ -2,12 +2,13 @@
 
 import io
 import zipfile
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
 from ..records import CommandError, HandInError
 from .archive import DAMAGE, Archive, Zip, capped, check
-from .listing import MAX_FILES, Member, too_many
+from .listing import MAX_FILES, MAX_OF_ONE, Member, too_many
 
 MAX_INSIDE = 500  # files of one student's zip
 
@@ -22,9 +23,13 @@ class Opened:
         self.name, self.notes, self._archive = archive.name, archive.notes, archive
         self._outer: tuple[str, zipfile.ZipFile] | None = None  # the zip that was opened last
         self.members: list[Member] = []
+        count: Counter[tuple[str, ...]] = Counter()  # of each student's zips
         for member in archive.members:
+            top = member.parts[: archive.level + 1]
             is_zip = not member.folder and not member.wrong and member.path.lower().endswith(".zip")
-            self.members += (self._inside(member) if is_zip else []) or [member]
+            inside = self._inside(member) if is_zip and count[top] <= MAX_OF_ONE else []
+            count[top] += len(inside)
+            self.members += inside or [member]
             if len(self.members) > MAX_FILES:
                 raise CommandError(too_many(path))
 

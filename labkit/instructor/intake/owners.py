@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from .listing import Member
+from .listing import UNLIKE, Member
 from .names import readable
 
 MAX_DEPTH = 4  # folders inside a student's folder
@@ -172,12 +172,14 @@ def _canvas(top, name):
 
 def _student(stem, lab):
     """'lovelace' of 'lovelace_01_cartesian_ekf', '01_cartesian_ekf-lovelace (1)' and 'lovelace-Copy1'."""
+    stem, *mark = re.split(rf" (?={UNLIKE}[0-9a-f]{{6}}$)", stem)
     match = pattern_of(lab).search(stem) or OTHER.search(stem)
     before, after = (stem[: match.start()], stem[match.end() :]) if match else (stem, "")
     before = re.sub(r"^copy of ", "", before, flags=re.IGNORECASE)
     if not match:
         before = re.sub(r"\s*\(\d+\)$|-copy\d*$", "", before, flags=re.IGNORECASE)
-    return readable(before.strip(" _-.()") or COPY.sub("", COPY.sub("", after)).strip(" _-.()"))
+    student = before.strip(" _-.()") or COPY.sub("", COPY.sub("", after)).strip(" _-.()")
+    return readable(" ".join([student, *mark])) if student else ""
 
 
 def is_notebook(name: str) -> bool:

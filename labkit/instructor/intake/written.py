@@ -13,7 +13,7 @@ from ...notebook.read import Cell
 from .names import shorten
 
 LONGEST = 200_000  # characters of one answer, without its pictures
-PICTURE = 2_000_000  # characters of one picture
+PICTURE, PICTURES = 2_000_000, 6_000_000  # characters of one picture, and of all in one notebook, each time shown
 SHOWN = ("image/png", "image/jpeg", "image/gif")
 _ATTACHED = re.compile(r"\]\(attachment:([^)\s]+)[^)]*\)")
 
@@ -27,15 +27,17 @@ def written(released: Sequence[Cell], cells: Sequence[Cell]) -> tuple[dict[str, 
     lab, reader = _Lab(released), _Reader()
     for cell in cells:
         reader.read(cell, lab)
-    answers, notes = {}, []
+    answers, notes, room = {}, [], [PICTURES]
     for id in lab.questions:
         pieces, left, shown = reader.found.get(id) or reader.code.get(id, []), LONGEST, []
         for text, pictures in pieces:
-            shown.append(_with_pictures(text[:left], pictures))
+            shown.append(_with_pictures(text[:left], pictures, room))
             left -= min(len(text), left)
         if sum(len(text) for text, _ in pieces) > LONGEST:
             notes.append(f"Of cell '{id}' only the first {LONGEST} characters are shown.")
         answers[id] = "\n\n".join(filter(None, shown))
+    if any(_ATTACHED.search(answer) for answer in answers.values()):
+        notes.append("A picture in an answer is not shown: it is missing, of another kind, or too large.")
     if reader.strays and not all(answers.values()):
         places = ", ".join(reader.strays[:5])
         notes.append(f"Text that stands under no question and was not taken for an answer: {places}.")
@@ -131,10 +133,13 @@ def _pictures(cell):
     return found
 
 
-def _with_pictures(text, pictures):
+def _with_pictures(text, pictures, room):
+    """The text with its pictures as data; room: [characters that are left for them], which is counted down."""
+
     def picture(match):
         kind, data = pictures.get(match[1], ("", ""))
-        sound = re.fullmatch(r"[A-Za-z0-9+/]+={0,2}", data) and len(data) <= PICTURE
+        sound = len(data) <= min(PICTURE, room[0]) and re.fullmatch(r"[A-Za-z0-9+/]+={0,2}", data)
+        room[0] -= len(data) if sound else 0
         return f"](data:{kind};base64,{data})" if sound else match[0]
 
     return _ATTACHED.sub(picture, text)

@@ -1,10 +1,12 @@
 """What is graded of a notebook: its code in its order, and written answers wherever they stand."""
 
 import copy
+import json
 
 import pytest
 
 from labkit.instructor.authoring.spec import defined
+from labkit.instructor.intake.handin import read_cells
 from labkit.instructor.intake.submission import assemble
 from labkit.instructor.intake.written import written
 from labkit.instructor.records import HandInError
@@ -192,3 +194,21 @@ def test_what_has_nothing_of_the_lab_is_refused(released, what):
 
 def test_the_names_that_a_lab_asks_for(released):
     assert defined(released) == ["stack", "repeat_R", "KF"] and LAB == LABS[0]
+
+
+def test_a_picture_that_is_shown_very_often_does_not_grow():
+    book = blank()
+    attached = {"a.png": {"image/png": "A" * 1_500_000}}
+    turned("answer-q1", source="![](attachment:a.png)\n" * 5000, attachments=attached)(book["cells"])
+    answers, notes = written(cells_of(blank()), cells_of(book))
+    assert len(answers["answer-q1"]) < 7_000_000
+    assert "A picture in an answer is not shown: it is missing, of another kind, or too large." in notes
+
+
+def test_a_notebook_of_very_much_code_is_refused_before_it_fills_the_memory():
+    book = blank()
+    book["cells"] += [code("#" + "x" * 150_000, f"own{n}") for n in range(7)]
+    with pytest.raises(
+        HandInError, match=r"a\.ipynb has more than 1000000 characters of code and text: delete what is"
+    ):
+        read_cells(json.dumps(book).encode(), "a.ipynb")
