@@ -2,6 +2,7 @@
 
 python tests/benchmarks/grading.py --nbgrader PYTHON [--count 60]   ratios; PYTHON has nbgrader and what labkit needs
                                                                      (on a machine that does nothing else)
+python tests/benchmarks/grading.py --hostile                         what a class costs that holds all of the corpus
 python tests/benchmarks/grading.py --memory                         peak memory for 50 and for 1000 submissions
 """
 
@@ -33,6 +34,7 @@ def main():
     parser.add_argument("--nbgrader", metavar="PYTHON", help="of an environment with nbgrader")
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--memory", action="store_true")
+    parser.add_argument("--hostile", action="store_true")
     parser.add_argument("--large", action="store_true")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="labkit-bench-") as folder:
@@ -41,6 +43,8 @@ def main():
             memory(folder)
         elif args.large:
             large(folder)
+        elif args.hostile:
+            hostile(folder)
         else:
             speed(folder, args.count, args.nbgrader)
 
@@ -147,6 +151,53 @@ def one_peak(folder, count):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return float(done.stdout)
+
+
+def hostile(folder):
+    """Time and memory of the trusted side for the corpus with honest students, beside as many honest ones alone."""
+    from helpers.hostile import CODE, hand_in  # it is of no use to the other benchmarks
+
+    canary = folder / "canary"
+    canary.mkdir(mode=0o777)
+    count = max(100, len(CODE) + 20)
+    for kind in ("honest", "mixed"):
+        for i in range(count if kind == "honest" else count - len(CODE)):
+            as_file(folder / kind / f"student {i:04d}" / f"{LAB}.ipynb", notebook(i))
+    hand_in(folder / "mixed", canary)
+    runs = {kind: trusted(folder / kind, folder / f"{kind} out") for kind in ("honest", "mixed")}
+    for kind, (wall, peak, used_up) in runs.items():
+        print(
+            f"{count} {kind}: {wall:.1f} s, largest process of the trusted side {peak:.0f} MB, limits {used_up:.0f} s"
+        )
+    (honest, *_), (mixed, _, used_up) = runs["honest"], runs["mixed"]
+    print(f"{mixed:.1f} s, where twice the honest ones and the limits are {2 * honest + used_up:.1f} s")
+
+
+CALL, TOTAL = 1, 4  # seconds of the processor, of which the corpus uses up all that it gets
+
+
+def trusted(hand_ins, out):
+    """(seconds, MB of the largest process outside the sandbox, seconds of workers that were stopped) of a grading."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "LABKIT_CANARY": "1"}
+    command = [sys.executable, "-m", "labkit", "grade", str(hand_ins), "--lab", LAB, "--out", str(out)]
+    limits = ["--call", str(CALL), "--total", str(TOTAL), "--jobs", "2"]
+    start, peak, workers = time.monotonic(), 0, {}
+    process = psutil.Popen([*command, *limits], env=env, stdout=subprocess.DEVNULL)
+    while process.poll() is None:
+        try:
+            for one in process.children(recursive=True):
+                line = " ".join(one.cmdline())
+                if "sandbox.worker" not in line:
+                    peak = max(peak, one.memory_info().rss)
+                elif not one.children():
+                    used = one.cpu_times()
+                    workers[one] = used.user + used.system
+            peak = max(peak, process.memory_info().rss)
+        except psutil.Error:
+            continue
+        time.sleep(0.05)
+    assert process.returncode == 0
+    return time.monotonic() - start, peak / 1e6, sum(used for used in workers.values() if used > CALL)
 
 
 def large(folder):

@@ -8,15 +8,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 from pathlib import Path
 
 import pytest
 
 from labkit.checks import stored
 
-from helpers.classroom import LAB, answers, as_file, filled
-from helpers.hostile import CODE
+from helpers.classroom import LAB, as_file, filled
+from helpers.hostile import CODE, hand_in
 from helpers.reference import ROOT
 
 pytest.importorskip("nbval")
@@ -53,11 +52,7 @@ def graded(request, tmp_path_factory):
     canary = base / "canary"
     canary.mkdir()
     canary.chmod(0o777)
-    places = f"SOLUTION = {str(ROOT / 'solutions' / (LAB + '.py'))!r}\nCANARY = {str(canary)!r}\n"
-    right = answers()["answer-kf"].replace("    def __init__", "    ready = READY\n\n    def __init__", 1)
-    for name, before, after, *_ in CODE:
-        book = filled(answer_kf=f"{needed(places + before)}\n\n{right}\n\n{after}\n")
-        as_file(base / "class" / re.sub(r"\W", "-", name) / f"{LAB}.ipynb", book)
+    hand_in(base / "class", canary)
     for name in ("aaa honest", "zzz honest"):
         as_file(base / "class" / name / f"{LAB}.ipynb", filled())
     # Its workers are told from others' by this name, which is in their command lines.
@@ -86,11 +81,6 @@ def graded(request, tmp_path_factory):
             rows.setdefault(row["student"], []).append(row)
     yield rows, base / "out", canary, temporary
     shutil.rmtree(temporary)
-
-
-def needed(code):
-    """Code in one statement that the filter needs, so that it runs: of what nothing depends on, nothing does."""
-    return f"if True:\n{textwrap.indent(code, '    ')}\n    READY = True"
 
 
 def labkit(*arguments, **variables):
