@@ -4,6 +4,7 @@ import argparse
 import importlib
 import importlib.util
 import io
+import os
 import sys
 from collections.abc import Sequence
 
@@ -40,7 +41,41 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that lacks a letter shows '?'
-    return args.run(args)
+    _streams()
+    return _run(args)
+
+
+def _run(args):
+    """The exit status of a command; what the computer itself cannot do is told with its cure."""
+    if sys.stdout is None:
+        if sys.stderr:
+            print("labkit: there is nowhere to print to: let its output go to a file or a terminal.", file=sys.stderr)
+        return UNREADABLE
+    try:
+        status = args.run(args)
+        sys.stdout.flush()
+        return status
+    except OSError as error:
+        what = "nobody reads what it prints any more" if isinstance(error, BrokenPipeError) else error.strerror or error
+        print(f"labkit: {f'{error.filename}: ' if error.filename else ''}{what}.", file=sys.stderr)
+        return UNREADABLE
+    finally:
+        _let_go()
+
+
+def _streams():
+    """What is closed of input, output and errors leads nowhere: else the next file opened would take its place."""
+    while (file := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(file)
+
+
+def _let_go():
+    """Print what is left, or nothing more where that cannot be done: Python itself would try again at its end."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _check(args):

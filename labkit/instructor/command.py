@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import os
+import sqlite3
 import sys
 import threading
 from argparse import Namespace
@@ -18,11 +19,14 @@ from .register import register
 from .report import hand_marks
 from .report.gradebook import Gradebook
 from .report.names import labels
+from .report.schema import trouble
 from .report.texts import clean, readable
 from .sandbox.choose import choose
 from .sandbox.launch import Sandbox
+from .trouble import sentence, why
 
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
+KEPT = "The marks so far are kept: the same command goes on from here."
 
 
 @stoppable()
@@ -33,8 +37,12 @@ def main(args: Namespace) -> int:
     except CommandError as problem:
         print(f"labkit grade: {readable(str(problem))}", file=sys.stderr)
         return CANNOT
+    except (OSError, sqlite3.Error) as error:  # of the disk, of what it prints to; the ExitStack has ended the rest
+        said = sentence(error) if isinstance(error, OSError) else f"{args.out}: the gradebook: {trouble(error)}."
+        print(f"labkit grade: {readable(said)} {KEPT}", file=sys.stderr)
+        return CANNOT
     except KeyboardInterrupt:
-        print("\nStopped. The marks so far are kept: the same command goes on from here.", file=sys.stderr)
+        print(f"\nStopped. {KEPT}", file=sys.stderr)
         return 130
 
 
@@ -45,7 +53,7 @@ def grade(args: Namespace) -> int:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CommandError(f"{out} cannot be made: {error.strerror or error}.") from None
+        raise CommandError(f"{out} cannot be made: {why(error)}.") from None
     with contextlib.ExitStack() as stack:
         stack.enter_context(_alone(out))
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))

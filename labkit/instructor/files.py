@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .records import CommandError
+from .trouble import why
 
 
 def write(path: Path | str, content: str | bytes | Callable[[BinaryIO], object]) -> None:
@@ -27,10 +28,10 @@ def write(path: Path | str, content: str | bytes | Callable[[BinaryIO], object])
             os.fsync(file.fileno())  # else the power may fail between the new name and the new content
         os.replace(part, path)
     except OSError as error:
-        reason = error.strerror or error
+        reason = why(error)
         if isinstance(error, PermissionError):
             reason = f"{reason}; is it open in a spreadsheet or another program? Close it there and run this again"
-        raise CommandError(f"{path} cannot be written: {reason}.") from None
+        raise CommandError(f"{part if part.is_dir() else path} cannot be written: {reason}.") from None
     finally:
         with contextlib.suppress(OSError):  # it is not there when all went well
             part.unlink()

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from .. import files
 from ..records import CommandError
+from ..trouble import why
 from .leaks import leaks, released
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -64,7 +65,7 @@ def release(root: Path | str, out: Path | str, force: bool = False) -> list[str]
         (_write_zip if zipped else _write_folder)(kit, out)
     except OSError as error:
         what = f"{error.filename or out} cannot be read or written"
-        raise CommandError(f"{what}: {error.strerror or error}.") from None
+        raise CommandError(f"{what}: {why(error)}.") from None
     return sorted(kit)
 
 

@@ -9,7 +9,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from ..records import ERROR, Check, Mark, Result
+from ..records import ERROR, Check, Result
+from . import snapshots
 from .kept import SENTENCE, fit, pack, unpack
 from .marks import mark_of
 from .schema import connect
@@ -36,7 +37,10 @@ class Gradebook:
     def __exit__(self, kind: object, *_: object) -> None:
         self._depth -= 1
         if self._depth == 0:
-            self.db.execute("ROLLBACK" if kind else "COMMIT")
+            if not kind:
+                self.db.execute("COMMIT")
+            elif self.db.in_transaction:  # what broke it may have ended it
+                self.db.execute("ROLLBACK")
 
     def _all(self, query: str, *values: object) -> list[Any]:
         return self.db.execute(query, values).fetchall()
@@ -177,30 +181,17 @@ class Gradebook:
         self.db.execute("INSERT OR REPLACE INTO hand VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def written(self) -> list[list[Result]]:
-        """Results as grades.csv held them when it was last written, and the time before: see `wrote`."""
-        rows = self._all("SELECT value FROM meta WHERE key LIKE 'written%' ORDER BY key")
-        return [
-            [
-                Result(name, number, lab, source, marks=[Mark(*mark) for mark in marks])
-                for name, number, lab, source, marks in json.loads(snapshot)
-            ]
-            for (snapshot,) in rows
-        ]
+        """Results as grades.csv may hold them, see `snapshots`."""
+        return snapshots.read(self.db)
 
     def wrote(self, results: Iterable[Result]) -> None:
-        """Remember what grades.csv is going to hold, so that a person's changes in it can be told from ours.
-
-        Two are kept, since a grader may be killed between this and the writing.
-        """
-        snapshot = [
-            [*(r.student, r.identifier, r.lab, r.source)]
-            + [[[m.check, m.points, m.max_points, m.status, m.reason] for m in r.marks]]
-            for r in results
-        ]
+        """Remember what grades.csv is going to hold."""
         with self:
-            self.db.execute("DELETE FROM meta WHERE key = 'written-2'")
-            self.db.execute("UPDATE meta SET key = 'written-2' WHERE key = 'written-1'")
-            self.db.execute("INSERT INTO meta VALUES ('written-1', ?)", (json.dumps(snapshot),))
+            snapshots.add(self.db, results)
+
+    def settled(self) -> None:
+        """Grades.csv was written as it was going to be."""
+        snapshots.settle(self.db)
 
     def labs(self) -> list[str]:
         """All labs of which there are submissions."""

@@ -32,6 +32,7 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     book.wrote(results)
     excel = args.csv == "excel" or not args.csv and written_for_excel(out / "grades.csv")
     write_grades(out / "grades.csv", results, excel)
+    book.settled()
     write_summary(out / "summary.csv", results, excel)
     mine = [result for result in results if result.lab == paper.lab]
     pages = _feedback(book, paper, out, mine)

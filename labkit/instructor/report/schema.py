@@ -7,6 +7,14 @@ from pathlib import Path
 from ..records import CommandError
 
 VERSION = 1
+CURES = {  # what SQLite's words stand for
+    "locked": "another program has it open: close it there",
+    "readonly": "it cannot be written: choose another --out, or allow it",
+    "full": "there is no room left: make room on that disk",
+    "disk I/O": "its disk cannot be read or written, or is full: look at the disk",
+    "unable to open": "a folder is where it should be, or its folder cannot be written: choose another --out",
+    "malformed": "it is damaged: put back a copy that you have, or move it away and grade anew",
+}
 TABLES = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);
 CREATE TABLE paper (lab TEXT, digest TEXT, checks TEXT, PRIMARY KEY (lab, digest));
@@ -25,6 +33,13 @@ CREATE TABLE figure (submission INTEGER PRIMARY KEY, data BLOB);
 """
 
 
+def trouble(error: sqlite3.Error) -> str:
+    """What SQLite says of the gradebook's file, and what to do; without a full stop."""
+    said = str(error)
+    cure = next((cure for words, cure in CURES.items() if words in said), "move it away, or choose another --out")
+    return f"{said}; {cure}"
+
+
 def connect(path: Path, seed: int | None) -> tuple[sqlite3.Connection, int]:
     """(connection, seed of the random inputs) of the gradebook in `path`, which is made if it is not there.
 
@@ -37,9 +52,7 @@ def connect(path: Path, seed: int | None) -> tuple[sqlite3.Connection, int]:
         _make(db, seed)
         meta = dict(db.execute("SELECT key, value FROM meta").fetchall())
     except sqlite3.Error as error:
-        raise CommandError(
-            f"{path} cannot be used as a gradebook ({error}): move it away, or choose another --out."
-        ) from None
+        raise CommandError(f"{path} cannot be used as a gradebook: {trouble(error)}.") from None
     if meta.get("version") != str(VERSION):
         raise CommandError(
             f"{path} was made by another version of this kit: finish with that one, or choose another --out."

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .. import files
 from ..records import CommandError
+from ..trouble import why
 
 _BOMS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
 
@@ -23,7 +24,7 @@ class Sheet:
         try:
             data = self.path.read_bytes()
         except OSError as error:
-            raise CommandError(f"{path} cannot be read: {error.strerror or error}.") from None
+            raise CommandError(f"{path} cannot be read: {why(error)}.") from None
         self.bom, self.codec = next((pair for pair in _BOMS if data.startswith(pair[0])), (b"", "utf-8"))
         text = self._decode(data[len(self.bom) :])
         lines = text.splitlines()

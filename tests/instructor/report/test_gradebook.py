@@ -91,12 +91,20 @@ def test_all_of_a_block_is_kept_or_nothing(book):
     assert book.labs() == []
 
 
-def test_the_two_last_tables_are_remembered(book):
+def test_tables_are_remembered_until_one_of_them_was_written(book):
     for n in range(3):
         book.mark(add(book, f"Student {n}"), "kf", n, PASSED)
-        book.wrote(book.results("lab"))
-    assert [len(results) for results in book.written()] == [3, 2]
+        for _ in range(2):
+            book.wrote(book.results("lab"))
+    assert [len(results) for results in book.written()] == [3, 2, 1]
     assert book.written()[0][2].marks[0].points == 2
+    for n in range(20):
+        book.add("lab", f"More {n}", "", "", str(n), "paper", None, False, [], {})
+        book.choose(n + 4, [], False)
+        book.wrote(book.results("lab"))
+    assert [len(results) for results in book.written()][-1] == 1 and len(book.written()) == 9
+    book.settled()
+    assert [len(results) for results in book.written()] == [23]
 
 
 def test_a_file_that_is_no_gradebook_of_this_run_is_told(book, tmp_path):
