@@ -1,11 +1,13 @@
 """What a run leaves behind, from a gradebook that is filled in by hand."""
 
+import os
 import zipfile
 from argparse import Namespace
 from contextlib import closing
 
 import pytest
 
+from labkit.instructor.command import take_hand_marks
 from labkit.instructor.console import Progress
 from labkit.instructor.records import ERROR, PASSED, Check
 from labkit.instructor.report.gradebook import Gradebook
@@ -178,3 +180,31 @@ def test_a_check_that_could_not_be_run_is_never_a_number(book, tmp_path, capsys)
     page, overview = ((tmp_path / name).read_text() for name in ("feedback/lab3/Ada.html", "class-lab3.html"))
     assert "1 check could not be run: that is no fault of yours" in page and "– of 2" in page
     assert "1 check could not be run" in overview and "mean 2 of 5" in overview
+
+
+def test_killed_at_any_file_the_next_run_takes_nothing_for_a_persons_mark(book, tmp_path, monkeypatch):
+    files = sorted(["grades.csv", "summary.csv", "feedback-lab3.zip", "class-lab3.html", "to-mark-lab3.html"])
+    write_all(book, PAPER, tmp_path, NOTHING)
+    replace = os.replace
+    for number in range(7):
+        kept = {name: (tmp_path / name).read_bytes() for name in files}
+        book.db.execute("UPDATE mark SET points = ? WHERE submission = 1", (number % 2,))  # graded anew
+        left = [number]
+
+        def killed(*paths, left=left):
+            left[0] -= 1
+            if left[0] < 0:
+                raise KeyboardInterrupt
+            return replace(*paths)
+
+        for _ in range(3):  # more often than tables are kept for one run
+            left[0] = number
+            monkeypatch.setattr(os, "replace", killed)
+            with pytest.raises(KeyboardInterrupt):
+                write_all(book, PAPER, tmp_path, NOTHING)
+            monkeypatch.setattr(os, "replace", replace)
+        assert number or {name: (tmp_path / name).read_bytes() for name in files} == kept
+        take_hand_marks(book, tmp_path / "grades.csv")
+        assert not book.db.execute("SELECT * FROM hand").fetchall()
+        write_all(book, PAPER, tmp_path, NOTHING)
+        assert not list(tmp_path.glob("*.part"))
