@@ -2,9 +2,9 @@
 
 import contextlib
 import os
-import shutil
 import stat
 import tempfile
+import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -26,7 +26,7 @@ def temporary(kind: str, short: bool = False) -> Iterator[str]:
         with _locked(folder):
             yield folder
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        remove(folder)
 
 
 @contextmanager
@@ -57,11 +57,38 @@ def sweep() -> None:
                 with contextlib.suppress(OSError):
                     about = entry.stat(follow_symlinks=False)
                     if stat.S_ISDIR(about.st_mode) and about.st_uid == os.geteuid():
-                        _remove(entry.path)
+                        _swept(entry.path)
 
 
-def _remove(folder):
+def remove(folder: str) -> None:
+    """Remove a folder with what students' code made in it: deeper than any path may be long, closed to its owner.
+
+    Each folder in it is lifted to the top before it is emptied. What cannot be removed stays, without a word.
+    """
+    with contextlib.suppress(OSError):
+        while folders := _emptied(folder):
+            for path in folders:
+                for below in _emptied(path):
+                    os.rename(below, os.path.join(folder, uuid.uuid4().hex))
+                os.rmdir(path)
+        os.rmdir(folder)
+
+
+def _emptied(folder):
+    """The folders in a folder, which can be opened now; all else in it is removed."""
+    with os.scandir(folder) as found:
+        entries = list(found)
+    folders = [entry.path for entry in entries if entry.is_dir(follow_symlinks=False)]
+    for entry in entries:
+        if not entry.is_dir(follow_symlinks=False):
+            os.remove(entry.path)
+    for path in folders:
+        os.chmod(path, 0o700)
+    return folders
+
+
+def _swept(folder):
     owner = os.open(os.path.join(folder, OWNER), os.O_RDWR | os.O_NOFOLLOW)
     with open(owner, "w") as file:
         if _lock(file):
-            shutil.rmtree(folder, ignore_errors=True)
+            remove(folder)

@@ -68,6 +68,7 @@ def _landlock(py_landlock, scratch, readable):
         elif os.path.exists(path):
             rules.add_path_rule(path, access=AccessFs.READ_FILE)
     rules.allow_read_write(scratch)
+    rules.add_path_rule(scratch, access=AccessFs.REFER)  # files may be moved from one folder in there to another
     rules.apply()
 
 

@@ -3,13 +3,13 @@
 import contextlib
 import os
 import re
-import shutil
 import signal
 import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .. import folders
 from . import cgroup
 from .space import Watch
 
@@ -73,7 +73,7 @@ class Process:
         if self.group:
             cgroup.remove(self.group)
         if self.scratch:
-            shutil.rmtree(self.scratch, ignore_errors=True)
+            folders.remove(self.scratch)
 
     def _kill(self):
         try:

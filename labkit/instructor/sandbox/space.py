@@ -56,14 +56,18 @@ def in_memory(pid: int) -> tuple[int, int]:
 def on_disk(folder: str, pid: int) -> tuple[int, int]:
     """(bytes, files) that a process keeps in a folder, deleted ones that it still holds included."""
     kept: dict[int, int] = {}  # {number of the file: bytes}
-    device = os.stat(folder).st_dev
-    for place, folders, files in os.walk(folder):
-        for name in (*folders, *files):
-            with suppress(FileNotFoundError):
-                about = os.lstat(os.path.join(place, name))
-                kept[about.st_ino] = about.st_blocks * 512
-        if len(kept) > FILES:
-            break
+    device, todo = os.stat(folder).st_dev, [folder]
+    while todo and len(kept) <= FILES:
+        try:
+            with os.scandir(todo.pop()) as entries:
+                for entry in entries:
+                    about = entry.stat(follow_symlinks=False)
+                    kept[about.st_ino] = about.st_blocks * 512
+                    todo += [entry.path] * entry.is_dir(follow_symlinks=False)
+        except FileNotFoundError:  # it has just gone
+            continue
+        except OSError:  # closed, or deeper than a path may be long: only who hides something makes such a folder
+            return BYTES + 1, FILES + 1
     with os.scandir(f"/proc/{pid}/fd") as opened:
         for file in opened:
             with suppress(FileNotFoundError):

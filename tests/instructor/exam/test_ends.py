@@ -117,3 +117,19 @@ def test_what_a_killed_process_left_goes_when_the_next_begins(tmp_path, monkeypa
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with folders.temporary("grade") as folder:
         assert [path.name for path in tmp_path.iterdir()] == [Path(folder).name] != [left.name]
+
+
+def test_a_folder_is_removed_however_deep_it_is_and_to_whomever_it_is_closed(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "kept" / "file").touch()
+    with folders.temporary("grade") as folder:
+        monkeypatch.chdir(folder)
+        os.symlink(tmp_path / "kept", "link")
+        for number in range(1500):
+            os.mkdir("deep" * 9)
+            Path("file").touch()
+            os.chdir("deep" * 9)
+            os.mkdir(f"closed{number}", 0)
+        os.chdir(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"] and (tmp_path / "kept" / "file").is_file()
