@@ -104,6 +104,22 @@ CODE = [
         "stopped",
     ),
     ("thousands of files", "", predict("\n    for i in range(10**9): open(f'f{i}', 'w').write('x')"), PARTS, ""),
+    (
+        "holds files that are deleted",
+        "import os",
+        predict(
+            "\n    for i in range(99):\n        f = os.open('f', 66); os.remove('f'); os.write(f, bytes(2**23))\n    while True: pass"
+        ),
+        PARTS,
+        "",
+    ),
+    (
+        "a folder without a bottom",
+        "import os",
+        predict("\n    while True: os.mkdir('d' * 250); os.chdir('d' * 250)"),
+        PARTS,
+        "",
+    ),
     ("prints without end", "", predict("\n    while True: print('x' * 1000)"), PARTS, ""),
     ("prints 100 MB first", "print('x' * 10**8)", "", ALL, ""),
     ("warns without end", "import warnings", predict("\n    while True: warnings.warn('x')"), PARTS, STUCK),
@@ -144,6 +160,35 @@ CODE = [
     ),
     ("reads the environment", "import os", predict("os.environ['LABKIT_CANARY']"), PARTS, "KeyError"),
     ("becomes root", "import os", predict("os.setuid(0)"), PARTS, "stopped"),
+    (
+        "changes rights and times beside the grader",
+        "import os",
+        predict("os.utime(CANARY, (1, 1)); os.chmod(CANARY, 0)"),
+        PARTS,
+        "",
+    ),
+    ("names what is the grader's", "import os", predict("os.setxattr(CANARY, 'user.mine', b'1')"), PARTS, "stopped"),
+    (
+        "limits its parent",
+        "import os, resource",
+        predict("resource.prlimit(os.getppid(), resource.RLIMIT_CPU, (1, 1))"),
+        PARTS,
+        "stopped",
+    ),
+    (
+        "slows its parent",
+        "import os",
+        predict("os.sched_setscheduler(os.getppid(), os.SCHED_IDLE, os.sched_param(0))"),
+        PARTS,
+        "stopped",
+    ),
+    (
+        "has its parent told of a pipe",
+        "import fcntl, os",
+        predict("fcntl.fcntl(os.pipe()[0], fcntl.F_SETOWN, os.getppid())"),
+        PARTS,
+        "stopped",
+    ),
     (
         "traces itself",
         "import ctypes",

@@ -43,7 +43,11 @@ def test_this_machine_has_a_sandbox():
         assert max(levels(), default=0) >= 3
 
 
-@pytest.fixture(scope="module", params=[4, 3, 2])
+# A process for each level, where tests are shared out by such groups.
+LEVELS = [pytest.param(level, marks=pytest.mark.xdist_group(f"level {level}")) for level in (4, 3, 2)]
+
+
+@pytest.fixture(scope="module", params=LEVELS)
 def graded(request, tmp_path_factory):
     """Of the whole corpus at one level: rows of grades.csv by student; folders: of results, canary, temporary files."""
     if request.param not in levels():
@@ -146,6 +150,9 @@ def test_nothing_hidden_reaches_a_student(graded):
 def test_nothing_outside_is_touched(graded):
     canary = graded[2]
     assert list(canary.iterdir()) == []
+    about = canary.stat()
+    assert about.st_mode & 0o777 == 0o777 and about.st_mtime > 1e9
+    assert not hasattr(os, "listxattr") or os.listxattr(canary) == []
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="only Linux lists processes there")
