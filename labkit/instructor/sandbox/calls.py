@@ -1,7 +1,7 @@
 """Which system calls a student's code may make: those that compute, and use files that are open to it anyway.
 
 Whatever is not named here does not exist for it, calls that are not invented yet included: it is answered as an old
-kernel would (ENOSYS), so that the C library (glibc or musl, on any processor) falls back to an older call, as from
+kernel would (ENOSYS), so that the C library (glibc or musl, on 64 bits) falls back to an older call, as from
 clone3 to clone. What is left out acts on other processes, sends, mounts, outlives the process or waits for others.
 """
 
@@ -11,43 +11,42 @@ from typing import Any
 
 ALLOWED = {
     "memory": """
-        brk mmap mmap2 munmap mprotect mremap madvise msync mincore get_mempolicy membarrier pkey_alloc
-        pkey_free pkey_mprotect map_shadow_stack mseal
+        brk mmap munmap mprotect mremap madvise msync mincore get_mempolicy membarrier pkey_alloc pkey_free
+        pkey_mprotect map_shadow_stack mseal
     """,
     "threads": """
-        futex futex_time64 futex_wait futex_wake futex_requeue futex_waitv set_robust_list rseq set_tid_address
-        gettid sched_yield exit exit_group restart_syscall arch_prctl set_thread_area set_tls sched_getaffinity
-        sched_getparam sched_getscheduler sched_get_priority_max sched_get_priority_min sched_rr_get_interval
-        getcpu getpriority
+        futex futex_wait futex_wake futex_requeue futex_waitv set_robust_list rseq set_tid_address gettid
+        sched_yield exit exit_group restart_syscall arch_prctl sched_getaffinity sched_getparam
+        sched_getscheduler sched_get_priority_max sched_get_priority_min sched_rr_get_interval getcpu
+        getpriority
     """,
     "signals of its own": """
-        rt_sigaction rt_sigprocmask rt_sigreturn sigreturn rt_sigpending rt_sigsuspend rt_sigtimedwait
-        rt_sigtimedwait_time64 sigaltstack signalfd signalfd4 pause wait4 waitid waitpid
+        rt_sigaction rt_sigprocmask rt_sigreturn rt_sigpending rt_sigsuspend rt_sigtimedwait sigaltstack
+        signalfd signalfd4 pause wait4 waitid
     """,
     "time": """
-        clock_gettime clock_gettime64 clock_getres clock_getres_time64 clock_nanosleep clock_nanosleep_time64
-        nanosleep gettimeofday time times getitimer setitimer alarm timer_create timer_settime timer_gettime
-        timer_getoverrun timer_delete timerfd_create timerfd_settime timerfd_gettime
+        clock_gettime clock_getres clock_nanosleep nanosleep gettimeofday time times getitimer setitimer alarm
+        timer_create timer_settime timer_gettime timer_getoverrun timer_delete timerfd_create timerfd_settime
+        timerfd_gettime
     """,
     "who it is": """
         getpid getppid getpgrp getpgid getsid getuid geteuid getgid getegid getresuid getresgid getgroups capget
-        uname sysinfo getrusage getrlimit ugetrlimit umask getrandom
+        uname sysinfo getrusage getrlimit umask getrandom
     """,
     "open files": """
-        read write readv writev pread64 pwrite64 preadv pwritev preadv2 pwritev2 lseek _llseek close close_range
-        dup dup2 dup3 fsync fdatasync ftruncate ftruncate64 fadvise64 fadvise64_64 readahead flock sendfile
-        sendfile64 copy_file_range pipe pipe2 poll ppoll ppoll_time64 select _newselect pselect6 pselect6_time64
-        epoll_create epoll_create1 epoll_ctl epoll_wait epoll_pwait epoll_pwait2 eventfd eventfd2
+        read write readv writev pread64 pwrite64 preadv pwritev preadv2 pwritev2 lseek close close_range dup
+        dup2 dup3 fsync fdatasync ftruncate fadvise64 readahead flock sendfile copy_file_range pipe pipe2 poll
+        ppoll select pselect6 epoll_create epoll_create1 epoll_ctl epoll_wait epoll_pwait epoll_pwait2 eventfd
+        eventfd2
     """,
     "files": """
-        open openat openat2 creat stat fstat lstat stat64 fstat64 lstat64 newfstatat fstatat64 statx statfs
-        statfs64 fstatfs fstatfs64 access faccessat faccessat2 getdents getdents64 readlink readlinkat getcwd
-        chdir fchdir truncate truncate64 rename renameat renameat2 mkdir mkdirat rmdir unlink unlinkat link
-        linkat symlink symlinkat
+        open openat openat2 creat stat fstat lstat newfstatat statx statfs fstatfs access faccessat faccessat2
+        getdents getdents64 readlink readlinkat getcwd chdir fchdir truncate rename renameat renameat2 mkdir
+        mkdirat rmdir unlink unlinkat link linkat symlink symlinkat
     """,
 }
 # Copying a file sets its rights and times too: that is done only in appearance, and nobody else's file changes.
-IN_APPEARANCE = "chmod fchmod fchmodat fchmodat2 utime utimes futimesat utimensat utimensat_time64"
+IN_APPEARANCE = "chmod fchmod fchmodat fchmodat2 utime utimes futimesat utimensat"
 # No file has further attributes here, as on some file systems, which those who copy files know.
 NO_ATTRIBUTES = """
     getxattr lgetxattr fgetxattr listxattr llistxattr flistxattr setxattr lsetxattr fsetxattr removexattr
@@ -59,7 +58,6 @@ CLONE_THREAD = 0x00010000
 MEANINGS = {
     # duplicate, flags, locks, a pipe's size as it is; not F_SETOWN and F_SETSIG, which send signals to others
     "fcntl": (1, [0, 1, 2, 3, 4, 5, 6, 7, 36, 37, 38, 1027, 1030, 1032]),
-    "fcntl64": (1, [0, 1, 2, 3, 4, 5, 6, 7, 12, 13, 14, 36, 37, 38, 1027, 1030, 1032]),
     # is it a terminal, how large, how much can be read, close it in children, do not wait; nothing is typed or set
     "ioctl": (1, [0x5401, 0x802C542A, 0x5413, 0x541B, 0x5450, 0x5451, 0x5421]),
     # a thread's name, a memory area's name; not whether it ends with its parent
