@@ -13,6 +13,7 @@ from .console import Progress, stoppable
 from .exam import pool
 from .exam.jobs import Job, Room, way
 from .exam.paper import Paper, read as read_paper
+from .folders import temporary
 from .intake.collect import Submissions
 from .records import CommandError
 from .register import register
@@ -59,8 +60,10 @@ def grade(args: Namespace) -> int:
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
+        folder = stack.enter_context(temporary("class"))
+        os.chmod(folder, 0o700)
         with Submissions(args.submissions) as submissions, book:
-            jobs, notes = register(book, paper, submissions, args)
+            jobs, notes = register(book, paper, submissions, args, folder)
         for note in notes:
             print(f"Note: {clean(note)}")
         loading = threading.Thread(target=importlib.import_module, args=("labkit.instructor.report.output",))

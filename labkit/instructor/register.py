@@ -1,12 +1,11 @@
 """What a class handed in, entered into the gradebook; what is not graded yet becomes jobs."""
 
 from argparse import Namespace
-from base64 import b64encode
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from .exam.jobs import Job
+from .exam.jobs import Job, keep
 from .exam.paper import Paper
 from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
@@ -16,8 +15,13 @@ from .report.gradebook import Gradebook
 from .report.moodle_times import dated
 
 
-def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace) -> tuple[list[Job], list[str]]:
-    """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already."""
+def register(
+    book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace, folder: str
+) -> tuple[list[Job], list[str]]:
+    """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already.
+
+    folder: where the jobs' work is kept.
+    """
     entries, unfits, notes = submissions.survey(paper.lab)
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
         raise CommandError(f"No submission holds {paper.lab}, but other labs: is --lab right?")
@@ -39,7 +43,7 @@ def register(book: Gradebook, paper: Paper, submissions: Submissions, args: Name
             _refuse(book, paper, found)
             continue
         anew = not unfinished and _asked_for(args.regrade, found.entry)
-        job, outdated = _enter(book, paper, found, anew)
+        job, outdated = _enter(book, paper, found, anew, folder)
         jobs += [job] if job else []
         older += outdated
     for unfit in unfits:
@@ -61,7 +65,7 @@ def _called(book, entries, unfits, gradebook):
     return renamed[: len(entries)], renamed[len(entries) :]
 
 
-def _enter(book, paper, found, anew):
+def _enter(book, paper, found, anew, folder):
     """Let a hand-in count for its student; (Job or None if it is graded, whether that was by older checks)."""
     entry, work = found.entry, found.work
     about = (paper.lab, entry.student, entry.identifier)
@@ -74,8 +78,7 @@ def _enter(book, paper, found, anew):
     if done:
         return None, graded_by != paper.digest
     key = f"{entry.student}\n{entry.identifier}"
-    files = {path: b64encode(content).decode("ascii") for path, content in work.files.items()}
-    return Job(id, key, work.cells, work.sources, frozenset(book.marked(id)), files), False
+    return Job(id, key, keep(Path(folder, f"{id}.json"), work), frozenset(book.marked(id))), False
 
 
 def _refuse(book, paper, unfit):

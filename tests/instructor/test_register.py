@@ -1,9 +1,11 @@
 """What was handed in is entered into the gradebook, with what its student and the instructor must know of it."""
 
+import json
 import os
 from argparse import Namespace
 from contextlib import closing
 from datetime import datetime
+from pathlib import Path
 
 import pytest
 
@@ -35,7 +37,7 @@ def registered(folder, **rules):
     with closing(Gradebook(folder / "gradebook.db")) as grades:
         grades.set_paper(sheet.lab, sheet.digest, sheet.checks)
         with Submissions(folder / "class") as submissions, grades:
-            jobs, notes = register(grades, sheet, submissions, Namespace(**{**NEWEST, **rules}))
+            jobs, notes = register(grades, sheet, submissions, Namespace(**{**NEWEST, **rules}), str(folder))
         return jobs, notes, list(grades.results(LAB))
 
 
@@ -55,7 +57,8 @@ def test_what_is_too_long_to_be_graded_or_shown_is_told(tmp_path):
         "Nothing in the notebook defines `KF`.",
         f"Of cell 'answer-q1' only the first {LONGEST} characters are shown.",
     ]
-    assert len(ada.answers["answer-q1"]) == LONGEST and not any(len(cell["source"]) > LONGEST for cell in job.cells)
+    cells = json.loads(Path(job.work).read_text(encoding="utf-8"))["cells"]
+    assert len(ada.answers["answer-q1"]) == LONGEST and not any(len(cell["source"]) > LONGEST for cell in cells)
 
 
 @pytest.mark.parametrize("rule, days", [("newest", [3]), ("first", [2]), ("best", [2, 3])])

@@ -5,15 +5,17 @@ marks to its standard output, a JSON line for each, as soon as nbval knows them;
 does, so that it never outlives the grader.
 """
 
+import contextlib
 import json
 import os
 import queue
+import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Container, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ...notebook.usage import FAR
@@ -25,13 +27,14 @@ SPARE = 20  # seconds that a check cell may take beyond all of one student's tim
 LOOK = 1  # seconds between two looks at whether the kernel lives
 
 
-def notebook(paper: "Paper", done: Sequence[Container[str]]) -> dict[str, Any]:
+def notebook(paper: "Paper", done: Sequence[Container[str]], folder: str | Path) -> dict[str, Any]:
     """The check notebook: the set-up once, then each check cell of a Paper for each student.
 
-    done: for each student the ids of the checks that have a mark already and are left out.
+    folder: the batch's;  done: for each student the ids of the checks that have a mark already and are left out.
     """
-    start = "from labkit.instructor.exam.kernel import Batch\nbatch = Batch('.', exam, get_ipython())"
-    cells = [_setup(paper.setup, "setup"), _setup(start, "start")]
+    # The first worker starts before the exam does.
+    start = f"from labkit.instructor.exam.kernel import Batch\nbatch = Batch({str(folder)!r}, get_ipython())"
+    cells = [_setup(start, "start"), _setup(f"{paper.setup}\nbatch.hold(exam)", "setup")]
     for number, marked in enumerate(done):
         for cell in paper.cells:
             if cell.id in marked:
@@ -62,9 +65,10 @@ def _code(source, id, metadata, printed=""):
 
 def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
     """Run the check notebook in `folder` and give each mark to `news`."""
+    import pytest
+
     from .recorder import Recorder
 
-    pytest = ready()
     batch = json.loads((Path(folder) / "batch.json").read_text(encoding="utf-8"))
     points = {check["id"]: check["points"] for check in batch["checks"] if check["points"] is not None}
     arguments = [
@@ -85,13 +89,16 @@ def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
     return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
 
 
-def ready() -> ModuleType:
-    """Load what grading needs; returns pytest."""
+def ready() -> None:
+    """Load what grading needs, once in a process, and start a first kernel meanwhile."""
     # jsonschema looks for it to check internet addresses, which notebooks' metadata have none of; that it reads
     # its grammar takes longer than all else here.
     sys.modules.setdefault("rfc3987_syntax", None)  # type: ignore[arg-type]  # None: there is none
+    import nbval.kernel
+
+    first = _Started(nbval.kernel.start_new_kernel, nbval.kernel.CURRENT_ENV_KERNEL_NAME)
+    nbval.kernel.start_new_kernel = first.take
     import nbval.plugin
-    import pytest
 
     get_message = nbval.kernel.RunningKernel.get_message
 
@@ -106,7 +113,26 @@ def ready() -> ModuleType:
                     raise
 
     nbval.kernel.RunningKernel.get_message = patient
-    return pytest
+
+
+class _Started:
+    """A kernel that starts while the grader still looks at what was handed in; later ones as nbval starts them."""
+
+    def __init__(self, start: Callable, name: str) -> None:
+        self._start, self._name, self._found = start, name, None
+        self._thread: threading.Thread | None = threading.Thread(target=self._begin)
+        self._thread.start()
+
+    def _begin(self):
+        with contextlib.suppress(RuntimeError):  # take starts another
+            self._found = self._start(kernel_name=self._name, stderr=subprocess.DEVNULL)
+
+    def take(self, **options: Any) -> tuple:
+        """The manager and the client of a kernel, as of nbval's own function."""
+        if self._thread:
+            self._thread.join()
+        found, self._found, self._thread = self._found, None, None
+        return found if found and found[0].is_alive() else self._start(**options)
 
 
 def main() -> None:
@@ -121,11 +147,11 @@ def main() -> None:
         except OSError:  # the grader is gone
             os._exit(1)
 
+    os.environ["IPYTHONDIR"] = _profile(tempfile.mkdtemp(prefix="ipython-", dir=os.getcwd()))
     ready()  # while the grader is still looking at what was handed in
     lines = iter(sys.stdin.readline, "")
     for line in lines:
         folder = json.loads(line)["folder"]
-        os.environ["IPYTHONDIR"] = _profile(folder)
         code = grade(folder, news)
         news({"end": folder, "code": int(code)})
     os._exit(0)
@@ -135,8 +161,8 @@ def _profile(folder):
     """A folder for IPython: no start-up files of the person's own, no database of what was run, and a kernel that ends
     with this process, by whomever orphans are taken in.
     """
-    profile = Path(folder, "ipython", "profile_default")
-    profile.mkdir(parents=True)
+    profile = Path(folder, "profile_default")
+    profile.mkdir()
     (profile / "ipython_kernel_config.py").write_text(
         f"c.HistoryManager.enabled = False\nfrom labkit.instructor.exam.batch import watch\nwatch({os.getpid()})\n",
         encoding="utf-8",

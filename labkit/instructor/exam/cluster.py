@@ -30,7 +30,8 @@ def remote(room: Room, jobs: Sequence[Job], address: str) -> Iterator[News]:
     with client:
         workers = max(1, sum(client.nthreads().values()))
         waiting: dict = {
-            client.submit(grade_there, room, part, pure=False, retries=2): part for part in batches(jobs, workers)
+            client.submit(grade_there, room, [job.packed() for job in part], pure=False, retries=2): part
+            for part in batches(jobs, workers)
         }
         for future in as_completed(waiting, loop=client.loop):
             if future.status == "finished":

@@ -6,6 +6,7 @@ on what stands for a student's objects, see `labkit.instructor.exam.kernel`.
 
 import zlib
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -114,9 +115,15 @@ class Exam:
 
         record: a Log of any lab;  options: what `labkit.make_filter` takes for it.
         """
-        mine = self.history(KF, record, **options)
-        rights = self.right(KF.__name__)
-        if not any(same_run(mine, self._replayed(right, record, options)) for right in rights):
+        first, *others = self.right(KF.__name__)
+        if isinstance(KF, Stand):  # the right filter runs while the student's does
+            with ThreadPoolExecutor(1) as pool:
+                asked = pool.submit(self.history, KF, record, **options)
+                self._replayed(first, record, options)
+            mine = asked.result()
+        else:
+            mine = self.history(KF, record, **options)
+        if not any(same_run(mine, self._replayed(right, record, options)) for right in (first, *others)):
             self.fail(f"Your filter's estimate {what} differs from the right one.")  # where and how far would tell more
         return mine
 

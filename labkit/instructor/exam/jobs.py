@@ -2,13 +2,15 @@
 
 import contextlib
 import json
+from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..intake.submission import Work
 from ..sandbox.launch import Sandbox
 from . import batch
 from .paper import Paper
@@ -19,16 +21,25 @@ LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel s
 
 @dataclass(frozen=True)
 class Job:
-    """One submission to grade. key: what its inputs are drawn from;  done: checks that have a mark;
-    files: {path: base64} of what lies beside the notebook.
+    """One submission to grade. key: what its inputs are drawn from;  work: the file of `keep`, or what is in it, which
+    can travel;  done: checks that have a mark.
     """
 
     id: int
     key: str
-    cells: list[dict[str, Any]]
-    sources: dict[str, str]
+    work: str | bytes
     done: frozenset[str] = frozenset()
-    files: dict[str, str] = field(default_factory=dict)
+
+    def packed(self) -> "Job":
+        """The same for another machine."""
+        return replace(self, work=Path(self.work).read_bytes()) if isinstance(self.work, str) else self
+
+
+def keep(path: Path, work: Work) -> str:
+    """Write what of a submission is run to a file, so that the memory for a class does not grow with it; its path."""
+    files = {name: b64encode(content).decode("ascii") for name, content in work.files.items()}
+    path.write_text(json.dumps({"cells": work.cells, "sources": work.sources, "files": files}), encoding="utf-8")
+    return str(path)
 
 
 @dataclass(frozen=True)
@@ -61,11 +72,17 @@ def write_batch(folder: str | Path, room: Room, jobs: Sequence[Job], runtime: st
         "sandbox": {**room.way, "runtime": runtime},
         "checks": [{key: getattr(c, key) for key in CHECK} for c in paper.cells],
         "given": given(paper),
-        "students": [{"key": j.key, "cells": j.cells, "sources": j.sources, "files": j.files} for j in jobs],
+        "students": [{"key": job.key, "work": _unpacked(job, Path(folder, f"{n}.json"))} for n, job in enumerate(jobs)],
     }
     Path(folder, "batch.json").write_text(json.dumps(content), encoding="utf-8")
-    notebook = batch.notebook(paper, [job.done for job in jobs])
+    notebook = batch.notebook(paper, [job.done for job in jobs], folder)
     Path(folder, "checks.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+
+
+def _unpacked(job, path):
+    if isinstance(job.work, bytes):
+        path.write_bytes(job.work)
+    return str(path) if isinstance(job.work, bytes) else job.work
 
 
 def given(paper: Paper) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ of the cell is written to a file, a line for each, for the recorder that sits in
 import builtins
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from ..sandbox.channel import Channel, NotGradedError, StudentCodeError, WorkerL
 from ..sandbox.forms import TEXT
 from ..sandbox.launch import Sandbox
 from ..sandbox.proxy import MissingAnswerError, Notebook, Student
-from .exam import Exam
+
+if TYPE_CHECKING:  # it loads while the first worker starts
+    from .exam import Exam
 
 FILE = "said.jsonl"
 UNCLEAR = "What your code gave back could not be used here."
@@ -28,19 +30,26 @@ ODD = ArithmeticError, AssertionError, AttributeError, LookupError, TypeError, V
 class Batch:
     """The students whom this kernel marks. folder: where batch.json is, and where the results go;  shell: IPython's."""
 
-    def __init__(self, folder: str | Path, exam: Exam, shell: Any) -> None:
-        self.folder, self.exam = Path(folder), exam
+    exam: "Exam"
+
+    def __init__(self, folder: str | Path, shell: Any) -> None:
+        self.folder = Path(folder)
         batch = json.loads((self.folder / "batch.json").read_text(encoding="utf-8"))
         self.students, self.checks = batch["students"], {c["id"]: c for c in batch["checks"]}
         self.subjects, self.given, self.time = batch["subjects"], batch["given"], batch["time"]
         self.sandbox = Sandbox(**batch["sandbox"])
         self.number: int | None = None  # of the student whose turn it is
+        self.work: dict[str, Any] = {}  # what is run of this student's
         self.student: Student | None = None
         self.spare: Channel | None = Channel(self.sandbox, self.time["total"])  # it imports while this kernel does
         self.check: str | None = None  # the cell that runs
         self.stopped = 0  # how often the student's time was up before it
-        exam.seed, exam.keep = batch["seed"], self.keep
-        shell.events.register("post_run_cell", self._ran)
+        self.seed, self.events = batch["seed"], shell.events
+
+    def hold(self, exam: "Exam") -> None:
+        """Begin with this exam, which draws by the batch's seed and tells its figures here."""
+        self.exam, exam.seed, exam.keep = exam, self.seed, self.keep
+        self.events.register("post_run_cell", self._ran)
 
     def begin(self, number: int, check: str, names: dict[str, Any]) -> None:
         """Make `names` (the cell's globals) hold this student's objects; check: the cell's grade_id."""
@@ -57,8 +66,8 @@ class Batch:
     def _next(self, number):
         if self.student:
             self.student.end()
-        self.number, sent = number, self.students[number]
-        notebook = Notebook(sent["cells"], self.given, sent["files"])
+        self.number, self.work = number, json.loads(Path(self.students[number]["work"]).read_text(encoding="utf-8"))
+        notebook = Notebook(self.work["cells"], self.given, self.work["files"])
         self.student = Student(self.sandbox, notebook, self.subjects, self.spare, **self.time)
         # The next student's worker imports what it needs while this one is graded.
         self.spare = Channel(self.sandbox, self.time["total"]) if number + 1 < len(self.students) else None
@@ -120,7 +129,7 @@ class Batch:
         if error.place is None:
             return {"reason": reason}
         label, line = error.place
-        source = self.students[self.number]["sources"].get(label, "").splitlines()
+        source = self.work["sources"].get(label, "").splitlines()
         if 0 < line <= len(source):
             reason = f"{reason[:-1]}, in {label}, line {line}:  {source[line - 1].strip()[:200]}"
         return {"reason": reason}

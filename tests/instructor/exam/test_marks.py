@@ -41,15 +41,16 @@ def box(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def marks(box):
+def marks(box, tmp_path_factory):
     """A function of notebooks, {name: dictionary}, and a paper: {name: {check: mark}}, by a process that stays."""
+    folder = tmp_path_factory.mktemp("work")
     with pool.Local(1) as here:
 
         def grade(books, sheet, seed=1, time=TIME):
             names, jobs = list(books), []
             for number, name in enumerate(names):
                 work = submission.assemble(sheet.released, cells_of(books[name]))
-                jobs.append(jobs_of.Job(number, name, work.cells, work.sources))
+                jobs.append(jobs_of.Job(number, name, jobs_of.keep(folder / f"{number}.json", work)))
             found = {name: {} for name in names}
             for kind, id, item in here.grade(jobs_of.Room(sheet, seed, jobs_of.way(box), time), jobs):
                 if kind == "mark":

@@ -1,11 +1,12 @@
 """What ran into a limit of time is tried once more, alone, and costs only its own points."""
 
-import dataclasses
+import json
 
 import pytest
 
 from labkit.instructor.exam import paper, pool
-from labkit.instructor.exam.jobs import Job, Room, batches
+from labkit.instructor.exam.jobs import Job, Room, batches, keep
+from labkit.instructor.intake.submission import Work
 
 from helpers.reference import LABS
 
@@ -45,7 +46,7 @@ def graded(room, says, monkeypatch):
     local._runners = [Runner(says, order)]
     monkeypatch.setattr(pool, "Runner", lambda scratch: Runner(says, order))
     marks, ends = {}, {}
-    for kind, id, item in local.grade(room, [Job(1, "a", [], {}), Job(2, "b", [], {})]):
+    for kind, id, item in local.grade(room, [Job(1, "a", ""), Job(2, "b", "")]):
         if kind == "mark":
             assert (id, item["check"]) not in marks
             marks[id, item["check"]] = item["status"]
@@ -93,6 +94,12 @@ def test_what_could_not_be_graded_is_tried_again_and_then_in_a_process_of_its_ow
 
 
 def test_each_process_gets_one_batch_of_a_usual_class():
-    jobs = [Job(n, "", [], {}) for n in range(60)]
+    jobs = [Job(n, "", "") for n in range(60)]
     assert [len(batch) for batch in batches(jobs, 2)] == [30, 30] and [len(b) for b in batches(jobs, 1)] == [40, 20]
-    assert dataclasses.asdict(jobs[0])["files"] == {}
+
+
+def test_what_is_run_stays_on_the_disk_and_travels_to_other_machines(tmp_path):
+    job = Job(1, "Ada", keep(tmp_path / "1.json", Work(cells=[{"source": "x = 1"}], files={"help.py": b"y = 2"})))
+    assert len(str(job)) < 500
+    packed = job.packed()
+    assert json.loads(packed.work) == json.loads((tmp_path / "1.json").read_text()) and packed.packed() == packed
