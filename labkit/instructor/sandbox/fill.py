@@ -29,6 +29,8 @@ def fill(what: str, places: list[str], most: int) -> dict[str, int]:
                 for _ in range(32):
                     kept += os.write(file, bytes(2**20))
     threading.Event().wait(WAIT if kept >= most else 0)  # nobody sleeps in a worker
+    for file in files:
+        os.close(file)
     return {"kept": kept}
 
 

@@ -81,34 +81,47 @@ def _open_to_all(path):
 
 def try_out(sandbox: Sandbox) -> frozenset[str]:
     """The promises of probe.PROMISES that this sandbox keeps."""
-    with _targets() as targets, _secret():
+    with _targets() as targets, _secret(), _trial(sandbox) as ask:
         canary, before = targets["canary"], _about(targets["canary"])
-        answer = _ask(sandbox, {"do": "probe", **targets}, table(flag, probe.PROMISES)) or {}
+        answer = ask({"do": "probe", **targets}, table(flag, probe.PROMISES)) or {}
         held = {name for name in probe.PROMISES if answer.get(name) is True}
         if os.path.exists(os.path.join(targets["folder"], "from-inside")):
             held.discard("write")
         if _about(canary) == before:
             held.add("metadata")
-    for name, what, most in (("space", "bytes", BYTES), ("count", "files", FILES)):
-        request = {"do": "fill", "what": what, "places": fill.around(), "most": 2 * most}
-        answer = _ask(sandbox, request, fields(kept=whole))
-        if answer is None or answer["kept"] <= most:
-            held.add(name)
+        for name, what, most in (("space", "bytes", BYTES), ("count", "files", FILES)):
+            request = {"do": "fill", "what": what, "places": fill.around(), "most": 2 * most}
+            kept = ask(request, fields(kept=whole))
+            if kept is None or kept["kept"] <= most:
+                held.add(name)
     return frozenset(held)
 
 
-def _ask(sandbox, request, form):
-    """What a new worker answers, or None if it was stopped since it kept too much."""
-    channel = Channel(sandbox, 60)
+@contextmanager
+def _trial(sandbox):
+    """A function of requests and forms: what a worker answers, or None if it was stopped since it kept too much.
+
+    After that a new worker is asked; each costs time before anything is graded.
+    """
+    channels: list[Channel] = []
+
+    def ask(request, form):
+        if not channels or channels[-1].worker.watch.full:
+            channels.append(Channel(sandbox, 60))
+        channel = channels[-1]
+        try:
+            channel.settle()
+            return channel.ask(request, 30, form)
+        except WorkerLostError:
+            if not channel.worker.watch.full:
+                raise
+            return None
+
     try:
-        channel.settle()
-        return channel.ask(request, 30, form)
-    except WorkerLostError:
-        if not channel.worker.watch.full:
-            raise
-        return None
+        yield ask
     finally:
-        channel.end()
+        for channel in channels:
+            channel.end()
 
 
 def _about(path):

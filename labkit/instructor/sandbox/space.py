@@ -25,6 +25,7 @@ class Watch:
     def __init__(self, pid: int, scratch: str, stop: Callable[[], object]) -> None:
         self.pid, self.scratch, self.full = pid, scratch, False
         self._stop, self._over = stop, threading.Event()
+        self._inside: int | None = None
         self._thread = threading.Thread(target=self._look, daemon=True)
         self._thread.start()
 
@@ -35,22 +36,26 @@ class Watch:
 
     def _look(self):
         while not self._over.wait(LOOK):
-            with suppress(OSError):  # it has just ended
-                size, files = on_disk(self.scratch, self.pid) if self.scratch else in_memory(self.pid)
+            with suppress(OSError, psutil.Error):  # it has just ended
+                size, files = on_disk(self.scratch, self.pid) if self.scratch else self._in_memory()
                 if size > BYTES or files > FILES:
                     self.full = True
                     self._stop()
                     return
 
-
-def in_memory(pid: int) -> tuple[int, int]:
-    """(bytes, files) of bubblewrap's /tmp, as seen through a process that is inside. pid: bubblewrap's own."""
-    kept = 0, 0
-    with suppress(psutil.Error):
-        for process in psutil.Process(pid).children(recursive=True):
-            room = os.statvfs(f"/proc/{process.pid}/root/tmp")
-            kept = (room.f_blocks - room.f_bfree) * room.f_frsize, room.f_files - room.f_ffree
-    return kept  # of the last, which is the worker
+    def _in_memory(self):
+        """(bytes, files) of bubblewrap's /tmp, as seen through the worker, which is the last process in there."""
+        if self._inside is None:  # looking for it takes longer than all else
+            below = psutil.Process(self.pid).children(recursive=True)
+            self._inside = below[-1].pid if len(below) > 1 else None
+        if self._inside is None:
+            return 0, 0
+        try:
+            room = os.statvfs(f"/proc/{self._inside}/root/tmp")
+        except OSError:
+            self._inside = None
+            raise
+        return (room.f_blocks - room.f_bfree) * room.f_frsize, room.f_files - room.f_ffree
 
 
 def on_disk(folder: str, pid: int) -> tuple[int, int]:
