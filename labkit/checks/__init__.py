@@ -16,9 +16,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .compare import gap, identify, nearest
+from .compare import entire, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
+from .identify import told
+from .probing import expanded
 from .trace import Scenario, Trace, run
 
 Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
@@ -74,9 +76,15 @@ def observe(data: Data, subject: Any) -> dict[str, Trace]:
     if problem:
         raise CheckError(name, problem)
     try:
-        return steady_traces(data, subject)
+        traces = steady_traces(data, subject)
+        return traces | {probe["id"]: run(subject, data["kind"], probe) for probe in probes_of(data)}
     except KeyboardInterrupt as error:
         raise CheckError(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
+
+
+def probes_of(data: Data) -> list[Scenario]:
+    """What a filter is asked besides, so that it shows which of its lines is wrong."""
+    return expanded(data["probing"]["probes"]) if "probing" in data else []
 
 
 def decide(data: Data, traces: Mapping[str, Trace]) -> tuple[list[Scenario], list[Scenario]]:
@@ -178,18 +186,31 @@ def diagnosis(
     data: Data, failed: list[Scenario], traces: Mapping[str, Trace], right: Mapping[str, tuple[float, Any]]
 ) -> tuple[str, list[str], str]:
     """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
-    named = identify({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
+    named = recognise({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
     first = failed[0]
     trace, (_, expected) = traces[first["id"]], right[first["id"]]
     known = [n for n in named if first["id"] in n[2]]
-    others = [_say(*n[:2]) for n in named if n not in known[:1]]
-    summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
+    whole = len(named) == 1 and named[0][1] and named[0][2] == {s["id"] for s in failed}
+    sure = [mistake for mistake, *_ in named if entire({s["id"]: traces[s["id"]] for s in failed}, mistake)]
+    found = [] if whole or "probing" not in data else told(data, traces, sure)
+    if found and not trace.stop and (found[0].known or found[0].part != "stops"):
+        mistake, others = found[0].known, [f.text for f in found[1:]]
+        summary, lines = evidence(first, trace, expected, found[0].text)
+    else:
+        mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
+        summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
+        others = (
+            [_say(*n[:2]) for n in named if n not in known[:1]]
+            if not found
+            else [f.text for f in found if f.part != "stops"]
+        )
+        others = [other for other in others if other != summary]
     for s in failed[1:]:
         stop = traces[s["id"]].stop
         if stop and stop.kind == "NotImplementedError":
+            others = [other for other in others if "NotImplementedError" not in other]
             others += [todo(stop)] if todo(stop) != summary else []
             break
-    mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
     return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
 
 

@@ -68,7 +68,7 @@ def nearest(trace: Trace, accepted: Sequence) -> tuple[float, Any]:
     return gaps[best], accepted[best]
 
 
-def identify(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[tuple[Mistake, bool, set[str]]]:
+def recognise(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[tuple[Mistake, bool, set[str]]]:
     """Known mistakes that explain the failed scenarios, the first to fix first: [(mistake, sure, where it fails)].
 
     A mistake that explains some of them is still sure if others show that there is a second one.
@@ -95,3 +95,8 @@ def identify(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[t
             if most or next(iter(failed)) in hits:
                 named.append((mistake, hits == where or most and others, where))
     return named
+
+
+def entire(failed: Mapping[str, Trace], mistake: Mistake) -> bool:
+    """Whether all that a known mistake changes came as it does with that mistake; arguments as in `recognise`."""
+    return any(set(form) <= set(failed) and all(same(failed[s], form[s]) for s in form) for form in mistake["forms"])

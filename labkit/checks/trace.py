@@ -90,11 +90,19 @@ def _filter_steps(KF, scenario):
     given, options = scenario["make"]
     args, watches = _inputs(given.values())
     kf = _call("`__init__`", KF, args, watches, **options)
+    _begin(kf, scenario.get("begin", {}))
     yield _fields(kf, scenario["look"])
     for method, *stored in scenario["calls"]:
         _call(f"`{method}`", getattr(kf, method), *_inputs(stored))
         _unchanged(f"`{method}`", watches)
         yield _fields(kf, scenario["look"])
+
+
+def _begin(kf, fields):
+    """Start a probe from a given estimate, whatever the constructor makes of it."""
+    for name, stored in fields.items():
+        if not np.array_equal(getattr(kf, name, None), stored):
+            setattr(kf, name, np.array(stored, dtype=float))
 
 
 def _fields(kf, names):

@@ -6,6 +6,7 @@ from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES,
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
+from .probes import XY_MAP, probing
 
 R = [[0.04, 0.02], [0.02, 0.09]]
 BLOCKS, H = "repeat_R(self.R, p)", "np.tile(-np.eye(2), (p, 1))"
@@ -141,5 +142,6 @@ CHECKS = [
         + EXPECTED_MISTAKES
         + MISTAKES
         + update_mistakes(BLOCKS, H, "-np.eye(2)", "np.tile(-np.eye(2), (1, p))"),
+        probing("xy", R, XY_MAP),
     )
 ]

@@ -5,10 +5,20 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
+from .probes import RB_MAP, probing
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
 R = [[0.04, 0.006], [0.006, 0.0076]]
-SEEN = {0: [2.75, 1.05], 1: [3.2, 2.5], 2: [2.6, -3.08], 3: [1.8, -2.15], 4: [8.1, 0.6], 5: [2.15, 1.69]}
+SEEN = {
+    0: [2.75, 1.05],
+    1: [3.2, 2.5],
+    2: [2.6, -3.08],
+    3: [1.8, -2.15],
+    4: [8.1, 0.6],
+    5: [2.15, 1.69],
+    6: [2.9, 0.0],
+    7: [2.75, -1.0],
+}
 NAMES = [[12, 1.5, 2.0], [3, -2.2, 0.9], [7, -2.4, -0.6], [25, -0.5, -2.5]]  # ids are no places in this list
 
 
@@ -19,6 +29,8 @@ SCENARIOS = [
     scenario("behind", "update with a landmark behind the robot (third quadrant)", [3]),
     scenario("axis", "update with a landmark straight above the robot", [5]),
     scenario("back", "a bearing that crosses from pi to -pi", [2]),
+    scenario("turned", "a bearing that is more than a quarter turn off", [(0, 7)]),
+    scenario("east", "a landmark due east", [6], map=[*MAP, [6, 2.4, -0.7]]),
     scenario("far", "a landmark much farther away than expected", [4]),
     scenario("two", "update with two landmarks", [1, 0]),
     scenario("three", "update with three landmarks, in another order than in the map", [3, 0, 2]),
@@ -251,5 +263,6 @@ CHECKS = [
         + JACOBIAN_MISTAKES[2:]  # h-from-cartesian and sign stand for the first
         + MISTAKES
         + update_mistakes(BLOCKS, H, "jacobian(self.xk_k, known[0])", H.replace("vstack", "hstack")),
+        probing("rb", R, RB_MAP),
     )
 ]

@@ -5,12 +5,15 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 """
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ...checks import DATA
-from ...checks.compare import ANY, gap, identify, nearest
+from ...checks.compare import ANY, gap, nearest, recognise
+from ...checks.identify import findings, probed
+from ...checks.probing import answers as answered, expanded, packed
 from ...checks.trace import run
 from .. import files
 from ..records import CommandError
@@ -45,7 +48,48 @@ def make(check: Check, source: str) -> dict:
     if problems:
         raise CommandError("\n".join(f"{check.name}: {problem}" for problem in problems))
     data = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
-    return {**data, "mistakes": [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]}
+    kept = [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]
+    return {**data, "mistakes": kept, **_probing(check, source)}
+
+
+def _probing(check, source):
+    """The probes of a filter with the right answers, and by what a known mistake shows in them."""
+    if not check.probing:
+        return {}
+    asked = expanded(check.probing["probes"])
+    right = answered(check.probing["probes"], _run(check, source, (), asked))
+    for probe in check.probing["probes"]:
+        if "step" in probe:
+            right[probe["id"]] = replace(right[probe["id"]], H=_jacobian(check, source, probe))
+    probing = {**check.probing, "right": {id: packed(answer) for id, answer in right.items()}, "known": {}}
+    for form in (right.form for right in check.right):
+        found = findings(probed(probing, _run(check, source, form, asked)))
+        if found:
+            raise CommandError(f"{check.name}: the right form {form!r} is taken for wrong: {found[0].text}")
+    for mistake in check.mistakes:
+        known = [findings(probed(probing, _run(check, source, form, asked))) for form in mistake.forms]
+        probing["known"][mistake.id] = [
+            [[f.part, *(_short(np.asarray(v, dtype=float)) for v in f.value)] for f in found]
+            for found in known
+            if found and all(f.value for f in found)
+        ]
+    return {"probing": probing}
+
+
+def _jacobian(check, source, probe):
+    """H (m, n) of a probe: beside a very large covariance, K is its inverse; one landmark or reading at a time."""
+    given, options = probe["make"]
+    size = len(np.ravel(given["x0"]))
+    wide = (1e6 * np.eye(size)).tolist()
+    *before, (method, shown) = probe["calls"]
+    ((kind, entries),) = shown.items()
+    H = []
+    for entry in entries:
+        single = {**probe, "make": [{**given, "P0": wide}, options], "calls": [*before, [method, {kind: [entry]}]]}
+        single |= {"begin": {name: wide if name in ("Pk_k", "P") else value for name, value in probe["begin"].items()}}
+        (answer,) = answered([single], _run(check, source, (), expanded([single]))).values()
+        H.append(np.linalg.pinv(answer.gain))
+    return np.vstack(H)
 
 
 def _run(check, source, form, scenarios=None):
@@ -98,7 +142,7 @@ def _misnamed(mistakes):
     """Complaints about mistakes that would be taken for others, now or after a small change of numbers."""
     for mistake in mistakes:
         for failed in mistake["runs"]:
-            names = [m["id"] for m, _, _ in identify(failed, mistakes)]
+            names = [m["id"] for m, _, _ in recognise(failed, mistakes)]
             if names != [mistake["id"]]:
                 yield f"the mistake '{mistake['id']}' is taken for {names}"
             for other in mistakes:
@@ -148,7 +192,19 @@ def as_text(data: dict) -> str:
         for m in data["mistakes"]
     )
     head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "lab", "subject", "kind"))
-    return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]}}\n'
+    probing = "".join(f',\n"{key}": {{\n{_lines(data[key])}}}' for key in ("probing",) if key in data)
+    return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]{probing}}}\n'
+
+
+def _lines(probing):
+    """The probes one a line, and what else belongs to them."""
+    one = json.dumps
+    probes = ",\n".join(one(probe, ensure_ascii=False) for probe in probing["probes"])
+    others = (
+        f'"{key}": {{\n' + ",\n".join(f"{one(id)}: {one(v)}" for id, v in probing[key].items()) + "}"
+        for key in ("right", "known")
+    )
+    return f'"rows": {one(probing["rows"])},\n"probes": [\n{probes}],\n' + ",\n".join(others)
 
 
 def write(root: Path, folder: Path = DATA) -> list[str]:

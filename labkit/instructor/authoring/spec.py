@@ -52,6 +52,7 @@ class Check:
     scenarios: list[dict]
     right: list[Right] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
+    probing: dict | None = None  # what a filter is asked besides, see labkit.checks.identify
 
 
 def definitions(root: Path | str) -> list[Check]:

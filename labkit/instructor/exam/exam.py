@@ -219,7 +219,8 @@ class Exam:
 
     def _judge_drawn(self, data, subject):
         """Known mistakes failed in `_judge` already, whatever is drawn: this is for answers that know its numbers."""
-        others = {**data, "scenarios": [self._drawn(data, s) for s in data["scenarios"] if "advice" not in s]}
+        others = {key: data[key] for key in ("name", "subject", "kind")}
+        others |= {"scenarios": [self._drawn(data, s) for s in data["scenarios"] if "advice" not in s]}
         try:
             came = traces(others, subject.observe(inputs(others), answer_form(others), secret=True))
         except CheckError:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ...checks import CheckError, Data
+from ...checks import CheckError, Data, probes_of
 from ...checks.trace import Stop, Trace
 from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
 from ..sandbox.wire import FrameError
@@ -14,19 +14,20 @@ INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker m
 def inputs(data: Data) -> Data:
     """A check's data without what is right and what is known to be wrong."""
     scenarios = [{key: s[key] for key in INPUTS if key in s} for s in data["scenarios"]]
-    return {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
+    about = {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
+    return about | ({"probing": {"probes": data["probing"]["probes"]}} if "probing" in data else {})
 
 
 def answer_form(data: Data) -> Form:
     """What a worker's answer to `observe` may be, on these inputs."""
     told = fields(told=text(), lines=several(text(300), 0, 6), stopped=flag)
-    seen = {scenario["id"]: _trace(scenario) for scenario in data["scenarios"]}
+    seen = {scenario["id"]: _trace(scenario) for scenario in [*data["scenarios"], *probes_of(data)]}
     return either(told=told, traces=fields(traces=fields(**seen)))
 
 
 def _trace(scenario):
     """One scenario's: as many steps as there are to look at (fewer where it stopped), each with what is looked at."""
-    due = max(len(right[0]) for right in scenario["right"])
+    due = max(len(right[0]) for right in scenario["right"]) if "right" in scenario else len(scenario["at"])
     key = row(whole, text(80), several(whole, 0, 12), text(80))
     shape = fields(
         steps=several(row(*[_value] * len(scenario["look"])), 0, due),

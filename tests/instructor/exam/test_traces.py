@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from labkit.checks import CheckError, stored
+from labkit.checks import CheckError, probes_of, stored
 from labkit.instructor.exam.traces import answer_form, inputs, traces
 from labkit.instructor.sandbox.wire import FrameError
 
@@ -17,11 +17,14 @@ def answer():
     for s in DATA["scenarios"]:
         steps = [[np.array(value, dtype=float) for value in step] for step in s["right"][0][0]]
         found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
+    for s in probes_of(DATA):
+        steps = [[np.zeros(2), *[np.eye(2)] * 3] for _ in s["at"]]
+        found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
     return found
 
 
 def test_what_was_asked_for_gets_through():
-    assert traces(DATA, FORM({"traces": answer()})).keys() == {s["id"] for s in DATA["scenarios"]}
+    assert traces(DATA, FORM({"traces": answer()})).keys() == {s["id"] for s in [*DATA["scenarios"], *probes_of(DATA)]}
     assert "right" not in str(inputs(DATA)) and "mistakes" not in inputs(DATA)
 
 

@@ -1,0 +1,157 @@
+"""What is wrong in a filter's `update`, read off the answers to probes with one landmark or reading in view."""
+
+import numpy as np
+
+from .find_several import several, stopped
+from .findings import Finding, Probed, acts, close, number_text, trait
+from .gains import OTHER_WAY, explained
+from .line_of_p import covariance
+from .single import Single
+from .wraps import far
+
+
+def update(probed: Probed) -> list[Finding]:
+    """The wrong quantities of `update`, in the order of its lines."""
+    return [*_empty(probed), *_corrections(Single(probed))]
+
+
+def _empty(probed):
+    if "empty" in probed.stops:
+        return [Finding("empty", f"With nothing in view, `update` {probed.stops['empty']}", [])]
+    for answer, _ in probed.both("empty").values():
+        still = close(answer.moved, 0 * answer.moved)
+        if not (still and close(answer.after, answer.P)):
+            text = (
+                f"With nothing in view, `update` must change nothing; yours changes {probed.P if still else probed.x}."
+            )
+            return [Finding("empty", text, [answer.moved, answer.after])]
+    return []
+
+
+def _corrections(single):
+    if "one" in single.probed.stops:
+        return [Finding("stops", f"`update` {single.probed.stops['one']}")]
+    if "one" not in single.pairs:
+        return []
+    x = single.probed.x
+    if single.blind:
+        still = all(close(a.moved, 0 * a.moved) for a, _ in single.pairs.values())
+        text = f"`update` leaves {x} as it was: is the new value assigned to `self.{x}`?"
+        text = (
+            text
+            if still
+            else f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
+        )
+        found = [Finding("estimate", text, [np.array(still)]), *([] if single.covariances else covariance(single))]
+        return found + stopped(single)
+    if not single.straight:
+        return _bent(single) + stopped(single)
+    replaced = _replaced(single)
+    found = []
+    if not replaced or single.replaced:
+        found = _expected(single)
+        found += far(single) if not replaced else []
+    found += replaced
+    if not single.gains:
+        found += (
+            _innovation(single) if single.covariances else explained(single, any(f.part == "landmark" for f in found))
+        )
+    if not single.covariances:
+        found += covariance(single)
+    return found + several(single, found)
+
+
+def _bent(single):
+    """How the estimate follows a measurement depends on that measurement itself."""
+    told = f"{single.probed.P} comes out right, so H and R are; " * single.covariances
+    text = "is the landmark of the map used, and not that of the measurement, in what is expected"
+    text += "?" if single.covariances else " and in H?"
+    what = f"the gain changes with what was measured, although all but the innovation comes from the estimate: {text}"
+    return [Finding("measured", (told + what)[0].upper() + (told + what)[1:], [single.pairs["one"][0].gain])]
+
+
+def _replaced(single):
+    """What of the new estimate does not come from the innovation: it is the same for all gains if h is wrong."""
+    x = single.probed.x
+    if _steady(single):
+        return []
+    single.replaced = True
+    if _steady(single):
+        return [Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.array(1)])]
+    single.replaced = False
+    a, r = single.pairs["one"]
+    text = f"{x} moves by {number_text(a.moved)}, right is {number_text(r.moved)}"
+    told = f"{text}: not all of that comes from the innovation. Look at the line that sets {x}."
+    return [Finding("estimate", told, [a.moved])]
+
+
+def _steady(single):
+    """Whether the innovation that explains the moves is the same for several gains."""
+    offs = [single.off(id) for id in ("one", "one P", "one R") if id in single.pairs]
+    return all(close(off, offs[0], 2e-2) for off in offs)
+
+
+def _innovation(single):
+    """The covariances are right, so H and R are; the estimate follows the measurement in another way."""
+    told, x = f"{single.probed.P} comes out right, so H and R are; ", single.probed.x
+    ways = {id: np.linalg.pinv(r.gain) @ a.gain for id, (a, r) in single.tight.items()}
+    first = ways["one"]
+    through = all(close(single.tight[id][1].gain @ way, single.tight[id][0].gain) for id, way in ways.items())
+    scales = [way[0, 0] for way in ways.values()]
+    if through and all(close(way, way[0, 0] * np.eye(len(way))) for way in ways.values()):
+        how = trait(list(ways.values()), [np.eye(len(first))] * len(ways), single.seconds(ways))
+        if how == "the other sign":
+            return [Finding("sign", told + OTHER_WAY[0].lower() + OTHER_WAY[1:], [np.array(-1.0)])]
+        much = how or f"{scales[0]:.3g} times as much"
+        text = f"the correction is not what it should be ({much}): look at the line that sets {x}."
+        return [Finding("estimate", told + text, [first])]
+    if through and all(close(way, first) for way in ways.values()):
+        if close(first, np.diag(np.diag(first))):
+            j = next(j for j in range(len(first)) if not close(first[j, j], 1))
+            f = first[j, j]
+            how = "the other sign" if close(f, -1) else "no effect" if abs(f) < 1e-3 else f"{f:.3g} times the weight"
+            return [Finding("innovation", f"{told}the innovation's {single.probed.rows[j]} has {how}.", [first])]
+        if close(first, np.eye(len(first))[::-1]):
+            return [Finding("innovation", f"{told}the two numbers of the innovation are exchanged.", [first])]
+    a, r = single.pairs["one"]
+    text = f"what {x} makes of the innovation {acts(a.gain, r.gain)}: look at the gain, and at the line that sets {x}."
+    return [Finding("estimate", told + text, [a.gain])]
+
+
+def _expected(single):
+    """The first landmark of which something else is expected than should be."""
+    came, rights = {}, {}
+    for id, (a, _) in single.tight.items():
+        if id in ("one", "other") or id.startswith("at "):
+            for j in range(a.gain.shape[1]):
+                if close(a.gain[:, j], 0 * a.gain[:, j]):
+                    text = f"The {single.probed.rows[j]} that was measured has no effect on {single.probed.x}."
+                    return [Finding("innovation", text, [np.array(j)])]
+            if not close(a.gain @ single.off(id), a.moved + single.replaced * a.x) or np.linalg.cond(a.gain) > 1e7:
+                return []
+            came[id], rights[id] = single.seen(id) - single.off(id), single.expected(id)
+    for id in came:
+        off = np.abs(single.turned(came[id] - rights[id]))
+        wrong = [j for j in range(len(off)) if off[j] > 5e-3 * max(abs(rights[id][j]), 0.1)]
+        if wrong:
+            came = {i: rights[i] + single.turned(came[i] - rights[i]) for i in came}
+            return [_unexpected(single, id, came, rights, wrong)]
+    single.probed.fine.append("what is expected")
+    return []
+
+
+def _unexpected(single, id, came, rights, wrong):
+    for other in rights:
+        if other != id and close(came[id], rights[other]) and single.name(other) != single.name(id):
+            names = f"Landmark {single.name(id)!r} of the measurement is taken for landmark {single.name(other)!r}"
+            more = [single.probed.mine[id].moved for id in ("two", "three") if id in single.probed.mine]
+            return Finding("landmark", f"{names} of the map.", [*came.values(), *more])
+    at = f"of landmark {single.name(id)!r}, from {single.probed.x} = {number_text(single.pairs[id][0].x)},"
+    if len(wrong) == 2:
+        how = trait(list(came.values()), list(rights.values()))
+        return Finding("h", f"The expected measurement {at} {acts(came[id], rights[id], how)}.", list(came.values()))
+    j, other = wrong[0], 1 - wrong[0]
+    sure = all(abs(single.turned(came[i] - rights[i])[other]) < 5e-3 * max(abs(rights[i][other]), 0.1) for i in came)
+    told = f" (the {single.probed.rows[other]} is right)" * sure
+    text = f"The expected {single.probed.rows[j]} {at} {acts(came[id][j], rights[id][j])}{told}."
+    return Finding("h", text, list(came.values()))

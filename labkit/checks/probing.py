@@ -1,0 +1,151 @@
+"""What a filter answers when it is probed: short calls whose numbers tell what stands in it, whatever the mistake.
+
+A probe is a scenario of which only what holds before its last call and after it is kept. One with a `step` is
+asked again with each number of its measurements a little larger and smaller: how the estimate follows is the gain.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ..geometry import Array
+from .trace import Scenario, Trace
+
+
+def _none():
+    return np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one probe showed: of a filter with n states, asked with m numbers of measurements.
+
+    x (n,), P (n, n): the estimate and its covariance before;  moved (n,), after (n, n): how far the estimate moved,
+    and its covariance after;  gain (n, m): how the estimate follows the measurement, or (0, 0);  H (m, n): of a right
+    answer;  fields: what else is kept, by name.
+    """
+
+    x: Array
+    P: Array
+    moved: Array
+    after: Array
+    gain: Array = field(default_factory=_none)
+    H: Array = field(default_factory=_none)
+    fields: Mapping[str, Array] = field(default_factory=dict)
+
+
+def expanded(probes: Sequence[Scenario]) -> list[Scenario]:
+    """All that is asked: the probes themselves, and those with a step also with each measured number moved."""
+    asked = []
+    for probe in probes:
+        last = len(probe["calls"])
+        common = {key: probe[key] for key in ("make", "look", "begin") if key in probe} | {
+            "title": probe["id"],
+            "at": sorted({max(last - 1, 0), last}),
+        }
+        asked.append({**common, "id": _name(probe["id"]), "calls": probe["calls"]})
+        for place in range(_measured(probe)):
+            for sign in (1, -1):
+                calls = json.loads(json.dumps(probe["calls"]))
+                ((seen,),) = [list(calls[-1][1].values())]
+                entry, number = divmod(place, 2)
+                seen[entry][probe["first"] + number] += sign * probe["step"]
+                asked.append({**common, "id": _name(probe["id"], place, sign), "calls": calls})
+    return asked
+
+
+def _name(id, place=None, sign=1):
+    """The name of a trace, which is that of no scenario."""
+    return f"probe {id}" if place is None else f"probe {id}{'+' if sign > 0 else '-'}{place}"
+
+
+def _measured(probe):
+    """How many numbers of measurements a probe moves: two for each landmark or reading."""
+    return 2 * len(next(iter(probe["calls"][-1][1].values()))) if "step" in probe else 0
+
+
+def answers(probes: Sequence[Scenario], traces: Mapping[str, Trace]) -> dict[str, Answer]:
+    """{id: Answer} of the probes that were answered with finite numbers of the right shapes."""
+    found = {probe["id"]: _answer(probe, traces) for probe in probes}
+    return {id: answer for id, answer in found.items() if answer}
+
+
+def stops(probes: Sequence[Scenario], traces: Mapping[str, Trace]) -> dict[str, str]:
+    """{id: 'stops: ...' or 'leaves ...'} of the probes that gave nothing that can be read."""
+    told = {}
+    for probe in probes:
+        trace = traces.get(_name(probe["id"]))
+        if trace and trace.stop:
+            told[probe["id"]] = f"stops: {trace.stop.text.splitlines()[0].rstrip('.')}."
+        elif trace and trace.steps and _ends(trace, len(probe["look"])) is None:
+            for name, before, after in zip(probe["look"], trace.steps[0], trace.steps[-1]):
+                if not isinstance(after, str) and np.shape(before) != after.shape:
+                    told[probe["id"]] = f"leaves {name} with the shape {after.shape} instead of {np.shape(before)}."
+                    break
+            else:
+                told[probe["id"]] = "leaves something that is no finite number."
+    return told
+
+
+def _answer(probe, traces):
+    ends = _ends(traces.get(_name(probe["id"])), len(probe["look"]))
+    if not ends:
+        return None
+    (x, P, *fields), (x1, P1, *_) = ends
+    gain = []
+    for place in range(_measured(probe)):
+        both = [_ends(traces.get(_name(probe["id"], place, sign)), len(probe["look"])) for sign in (1, -1)]
+        if not all(both) or both[0][1][0].shape != x.shape or both[1][1][0].shape != x.shape:
+            return None
+        gain.append((both[0][1][0] - both[1][1][0]).ravel() / (2 * probe["step"]))
+    return Answer(
+        x.ravel(),
+        P,
+        (x1 - x).ravel(),
+        P1,
+        np.array(gain).T if gain else _none(),
+        _none(),
+        dict(zip(probe["look"][2:], fields)),
+    )
+
+
+def _ends(trace, looked):
+    """What is looked at before the last call and after it, if these are finite numbers of unchanged shapes."""
+    if trace is None or trace.stop or not trace.steps or any(len(step) != looked for step in trace.steps):
+        return None
+    before, after = trace.steps[-2:] if len(trace.steps) > 1 else trace.steps * 2
+    if any(isinstance(v, str) or not np.isfinite(v).all() for v in (*before[:2], *after[:2])):
+        return None
+    x, P = before[:2]
+    fits = x.size and P.shape == (x.size, x.size) and after[0].shape == x.shape and after[1].shape == P.shape
+    return (before, after) if fits else None
+
+
+def packed(answer: Answer) -> dict[str, Any]:
+    """An Answer as JSON, with nine digits."""
+    parts = {name: getattr(answer, name) for name in ("x", "P", "moved", "after", "gain", "H")}
+    short = {name: _short(part) for name, part in parts.items() if part.size}
+    return {**short, "fields": {name: _short(part) for name, part in answer.fields.items()}}
+
+
+def _short(array):
+    return [float(f"{v:.9g}") for v in array] if array.ndim < 2 else [_short(row) for row in array]
+
+
+def unpacked(stored: Mapping[str, Any]) -> Answer:
+    """The Answer that was packed."""
+    arrays = {name: np.array(part, dtype=float) for name, part in stored.items() if name != "fields"}
+    return Answer(**arrays, fields={name: np.array(part, dtype=float) for name, part in stored["fields"].items()})
+
+
+def with_noise(right: Answer, R: Array) -> Answer:
+    """A right answer to an update, as it would be with another covariance R (2, 2) of one landmark's measurement."""
+    if not right.H.size:
+        return right
+    H, P = right.H, right.P
+    S = H @ P @ H.T + np.kron(np.eye(len(H) // len(R)), R)
+    gain = P @ H.T @ np.linalg.inv(S)
+    return replace(right, gain=gain, after=P - gain @ S @ gain.T, moved=gain @ np.linalg.pinv(right.gain) @ right.moved)

@@ -1,0 +1,86 @@
+"""A student's answers to probes with one landmark or reading in view, beside the right ones."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import Array, wrap
+from .findings import Probed, close
+from .probing import Answer
+
+STEPS = ("one", "one P", "one R", "one scaled", "one dt", "other")  # whose gains tell of H, R and S
+Pair = tuple[Answer, Answer]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a gain is made of at one probe: H (m, n), R (m, m) and S (m, m)."""
+
+    H: Array
+    R: Array
+    S: Array
+
+    @classmethod
+    def of(cls, gain: Array, P: Array, H: Array) -> "Part":
+        """What a gain (n, m) must be made of, if it is P H' S^-1 with this P (n, n) and H (m, n)."""
+        S = np.linalg.pinv(gain) @ P @ H.T
+        return cls(H, S - H @ P @ H.T, S)
+
+
+class Single:
+    """The student's and the right answers to all probes with one landmark in view."""
+
+    def __init__(self, probed: Probed) -> None:
+        self.probed = probed
+        self.pairs: dict[str, Pair] = {}
+        for id, (a, r) in probed.both("").items():
+            if a.gain.size and r.gain.shape[1] == 2 and close(a.x, r.x) and close(a.P, r.P):
+                self.pairs[id] = (a, r)
+        self.tight = {id: pair for id, pair in self.pairs.items() if not id.endswith(("wide", "narrow", "bent"))}
+        self.gains = all(close(a.gain, r.gain) for a, r in self.pairs.values())
+        self.covariances = all(close(a.after, r.after) for a, r in self.tight.values())
+        self.blind = all(close(a.gain, 0 * a.gain) for a, _ in self.pairs.values())
+        near, bent = (self.pairs.get(id) for id in ("near", "bent"))
+        self.straight = not (near and bent) or close(bent[0].gain, near[0].gain, 2e-2)
+        self.replaced = False  # whether the correction stands in the place of the estimate
+        self.scale = 1.0  # of the correction, where that alone is larger than the gain
+        self.parts: dict[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
+
+    def right(self, id: str) -> Part:
+        """H, R and S of the right answer to one of STEPS."""
+        answer = self.probed.right[id]
+        return Part.of(answer.gain, answer.P, answer.H)
+
+    def seconds(self, ids: Iterable[str]) -> list[float]:
+        """The length of a step dt at these probes."""
+        return [self.probed.probes[id]["make"][1].get("dt", 1.0) for id in ids]
+
+    def entry(self, id: str) -> list:
+        """The landmark or reading that a probe shows, as it is stored."""
+        ((entries,),) = [list(self.probed.probes[id]["calls"][-1][1].values())]
+        return entries[0]
+
+    def name(self, id: str) -> object:
+        """The name of that landmark."""
+        return self.entry(id)[0]
+
+    def seen(self, id: str) -> Array:
+        """What is measured there (m,)."""
+        first = self.probed.probes[id].get("first", 1)
+        return np.array(self.entry(id)[first : first + 2], dtype=float)
+
+    def off(self, id: str) -> Array:
+        """The innovation (m,) that explains how the student's estimate moves."""
+        answer = self.pairs[id][0]
+        return np.linalg.pinv(answer.gain) @ (answer.moved + self.replaced * answer.x)
+
+    def expected(self, id: str) -> Array:
+        """What should be expected there (m,)."""
+        answer = self.pairs[id][1]
+        return self.seen(id) - np.linalg.pinv(answer.gain) @ answer.moved
+
+    def turned(self, difference: Array) -> Array:
+        """The difference (m,) of two measurements, its bearing within half a turn."""
+        angles = np.array([row == "bearing" for row in self.probed.rows])
+        return np.where(angles, wrap(difference), difference)

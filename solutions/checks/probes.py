@@ -1,0 +1,75 @@
+"""What a student's filter is asked so that its numbers tell which quantity in it is wrong: see labkit.checks.identify."""
+
+import numpy as np
+
+from .inputs import STATE, Q
+
+X0, P0 = [0.3, -0.4], [[0.5, 0.12], [0.12, 0.3]]
+WIDE = [[1e6, 0.0], [0.0, 1e6]]  # beside which the sensor's noise is nothing
+TINY = [[1e-9, 0.0], [0.0, 1e-9]]
+TURN = 2 * np.pi
+OFF = (0.03, 0.02)  # so that what depends on the sign of an innovation does not stand on its edge
+
+
+XY_MAP = [[0, 1.9, 0.9], [1, -1.2, 0.8], [2, 0.4, -2.0], [3, -1.6, -1.4]]
+# Ids that are places of other landmarks; seen from X0: in each quadrant, due east, west, north and south.
+RB_MAP = [[7, 1.9, 0.9], [3, -1.2, 0.8], [5, 0.4, -2.0], [4, -1.6, -1.4]]
+RB_MAP += [[6, 2.8, -0.4], [2, -1.9, -0.45], [1, 0.3, 1.5], [0, 0.3, -1.9]]
+
+
+def expected(sensor, x, place):
+    """What a robot at x should measure of a landmark at a place, as a list."""
+    d = np.subtract(place, x)
+    return [float(v) for v in (d if sensor == "xy" else (np.hypot(*d), np.arctan2(d[1], d[0])))]
+
+
+def scaled(matrix, factor):
+    return (np.array(matrix) * factor).tolist()
+
+
+def probing(sensor, R, map):
+    """The probes of a filter with two states: a dictionary for the check's data."""
+    places = {id: place for id, *place in map}
+    first, second, third, *_ = places
+
+    def probe(id, *calls, x0=X0, P0=P0, Q=Q, R=R, dt=0.25, **more):
+        make = [{"x0": x0, "P0": P0, "Q": Q, "R": R, "m": {"map": map}}, {"dt": dt}]
+        start = {} if id.startswith("made") else {"begin": {"xk_k": x0, "Pk_k": P0}}
+        return {"id": id, "make": make, "calls": list(calls), "look": [*STATE, "Q", "R"], **start, **more}
+
+    def update(id, *ids, off=OFF, step=1e-3, **more):
+        """An update with these landmarks; off: how far the last one's measurement is from what is expected."""
+        seen = [[name, *expected(sensor, X0, places[name])] for name in ids]
+        seen[-1][1:] = [float(v) for v in np.add(seen[-1][1:], off)]
+        more |= {"step": step, "first": 1} if step else {}
+        return probe(id, ["update", {"landmarks": seen}], **more)
+
+    u, back = ["predict", [0.6, -0.9]], ["predict", [-0.4, 0.3]]
+    loose = {"P0": scaled(P0, 4), "R": scaled(R, 400)}  # so that a filter with a gate of its own lets pass what is far
+    far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)] if sensor == "rb" else []
+    probes = [
+        probe("made"),
+        probe("made dt", dt=0.5),
+        *(probe(f"predict {n}", call, dt=dt) for n, (call, dt) in enumerate([(u, 0.25), (u, 0.5), (back, 0.2)])),
+        *(probe(f"noise {n}", u, P0=TINY, dt=dt) for n, dt in enumerate([0.25, 0.5])),
+        probe("empty", ["update", {"landmarks": []}]),
+        update("one", first),
+        update("one P", first, P0=scaled(P0, 3)),
+        update("one R", first, R=scaled(R, 2)),
+        update("one scaled", first, P0=scaled(P0, 3), R=scaled(R, 3)),
+        update("one Q", first, Q=scaled(Q, 2)),
+        update("one dt", first, dt=0.5),
+        update("one wide", first, P0=WIDE),
+        update("one narrow", first, P0=scaled(P0, 1e-6)),
+        update("other", second),
+        update("other wide", second, P0=WIDE),
+        update("other narrow", second, P0=scaled(P0, 1e-6)),
+        *(update(f"at {id}", id) for id in [*places][2:]),
+        update("two", second, first, off=(0, 0)),
+        update("three", third, first, second, off=(0, 0)),
+        update("near", second, **loose),
+        update("bent", second, off=(0.5, 0.4), **loose),
+        *([update("two far", first, second, off=(0, TURN - 0.05), step=0)] if far else []),
+        *(update(f"far {n}", second, off=off, step=0, **loose) for n, off in enumerate(far)),
+    ]
+    return {"rows": ["dx", "dy"] if sensor == "xy" else ["range", "bearing"], "probes": probes}

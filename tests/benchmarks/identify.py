@@ -1,0 +1,312 @@
+"""How well the checks of a filter find the wrong line: python tests/benchmarks/identify.py [check ...] [--pairs N].
+
+Single known mistakes, pairs of them that touch different lines, right forms, and mutants of the solution made over
+its syntax tree. A mistake counts as named if its own sentence stands in what is said, or one about its quantity.
+"""
+
+import argparse
+import ast
+import copy
+import itertools
+import random
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from labkit import Robot, random_map, replay, simulate  # noqa: E402
+from labkit.checks import CheckError, decide, observe, probes_of, stored  # noqa: E402
+from labkit.checks.compare import gap  # noqa: E402
+from labkit.checks.identify import findings, probed  # noqa: E402
+from labkit.checks.trace import run  # noqa: E402
+from labkit.instructor.authoring.spec import answers, build, definitions  # noqa: E402
+from labkit.notebook.read import read  # noqa: E402
+
+CHECKS = {check.name: check for check in definitions(ROOT) if check.probing}
+
+
+def source_of(check):
+    return answers(read(ROOT / "solutions" / f"{check.lab}.ipynb"))
+
+
+def said(check, subject):
+    """What the check says, on one line, or '' if it passes."""
+    data = stored(check.name)
+    try:
+        decide(data, observe(data, subject))
+    except CheckError as error:
+        return " ".join(str(error).split())
+    return ""
+
+
+def wrong_parts(check, subject):
+    data = stored(check.name)
+    traces = {probe["id"]: run(subject, data["kind"], probe) for probe in probes_of(data)}
+    return findings(probed(data["probing"], traces))
+
+
+def both(form, other):
+    """Two lists of replacements as one, or None if they touch the same text."""
+    if isinstance(form, str) or isinstance(other, str):
+        return None
+    olds = [old for old, _ in [*form, *other]]
+    if any(a in b or b in a for a, b in itertools.combinations(olds, 2)):
+        return None
+    return [*form, *other]
+
+
+def singles(check, source):
+    """The share of known mistakes whose own sentence is said."""
+    total = named = 0
+    for mistake in check.mistakes:
+        for form in mistake.forms:
+            text = said(check, build(source, form, check.subject))
+            total += 1
+            named += " ".join(mistake.say.split()) in text
+    return total, named
+
+
+def about(check, source):
+    """{mistake: how each of its forms may rightly be told}: its sentence, or what probing alone finds."""
+    told = {}
+    for mistake in check.mistakes:
+        for k, form in enumerate(mistake.forms):
+            told[mistake.id, k] = {f.part for f in wrong_parts(check, build(source, form, check.subject))}
+    return told
+
+
+def pairs(check, source, most, show):
+    """(pairs tried, both named, one named, with a false sentence)."""
+    parts = about(check, source)
+    say = {m.id: " ".join(m.say.split()) for m in check.mistakes}
+    forms = {(m.id, k): form for m in check.mistakes for k, form in enumerate(m.forms)}
+    todo = list(itertools.combinations(forms, 2))
+    random.Random(1).shuffle(todo)
+    counts = [0, 0, 0, 0]
+    alone = {one: said(check, build(source, form, check.subject)) for one, form in forms.items()}
+    for a, b in todo:
+        form = both(forms[a], forms[b]) if a[0] != b[0] else None
+        if form is None or counts[0] >= most:
+            continue
+        try:
+            subject = build(source, form, check.subject)
+        except Exception:
+            continue
+        text = said(check, subject)
+        if not text:
+            print("  ACCEPTED", a, b)
+            continue
+        if text in (alone[a], alone[b]) and _same(
+            check, subject, build(source, forms[a if text == alone[a] else b], check.subject)
+        ):
+            continue  # one of the two has no effect beside the other
+        rest = wrong_parts(check, subject)
+        named = [_is_named(one, text, say, parts, rest) for one in (a, b)]
+        false = _false(text, (a, b), say, parts, rest)
+        counts = [counts[0] + 1, counts[1] + all(named), counts[2] + any(named), counts[3] + bool(false)]
+        if show and (not all(named) or false):
+            print(f"  {a[0]} + {b[0]}: named {named}, false: {false}\n      {text[:400]}")
+    return counts
+
+
+def _same(check, one, other):
+    """Whether two filters give the same on all that a check asks."""
+    data = stored(check.name)
+    try:
+        first, second = (observe(data, subject) for subject in (one, other))
+    except CheckError:
+        return False
+    return all(gap(first[id], (second[id].steps, second[id].stop and second[id].stop.key)) < 1e-3 for id in first)
+
+
+def _is_named(one, text, say, parts, rest):
+    own = say[one[0]] in text
+    return own or any(f.part in parts[one] and _in(f.text, text) for f in rest)
+
+
+def _in(sentence, text):
+    return " ".join(sentence.split())[-60:] in text
+
+
+def _false(text, both, say, parts, rest):
+    """Sentences that name a known mistake that is none of the two, nor tells the same quantity; or another quantity."""
+    allowed = set().union(*(parts[one] for one in both))
+    allowed |= next((family for family in FAMILIES if allowed & family), set())
+    same = {say[one[0]] for one in both}
+    others = [id for (id, k), p in parts.items() if say[id] in text and say[id] not in same and not p & allowed]
+    quantities = [f.part for f in rest if f.part not in allowed and _in(f.text, text)]
+    return sorted({*others, *quantities})
+
+
+FAMILIES = ({"estimate", "gain", "innovation", "sign"},)  # of one line: what the estimate makes of the innovation
+
+
+class Mutate(ast.NodeTransformer):
+    """Changes the n-th place that can be changed, in its k-th way."""
+
+    def __init__(self, place):
+        self.place, self.count, self.what = place, -1, ""
+
+    def choose(self, node, others):
+        new = []
+        for other in others:
+            self.count += 1
+            if self.count == self.place:
+                self.what = f"line {node.lineno}: {ast.unparse(node)} -> {ast.unparse(other)}"
+                new.append(ast.copy_location(other, node))
+        return new[0] if new else node
+
+    def visit_BinOp(self, node):
+        self.generic_visit(node)
+        swaps = {
+            ast.Add: [ast.Sub],
+            ast.Sub: [ast.Add],
+            ast.Mult: [ast.Div],
+            ast.Div: [ast.Mult],
+            ast.MatMult: [ast.Mult],
+            ast.Pow: [ast.Mult],
+        }
+        others = [ast.BinOp(node.left, op(), node.right) for op in swaps.get(type(node.op), [])]
+        others += [ast.BinOp(node.right, node.op, node.left)] * (type(node.op) in (ast.Sub, ast.Div, ast.MatMult))
+        return self.choose(node, [*others, node.left, node.right])
+
+    def visit_UnaryOp(self, node):
+        self.generic_visit(node)
+        return self.choose(node, [node.operand])
+
+    def visit_Constant(self, node):
+        if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+            return node
+        return self.choose(node, [ast.Constant(node.value + 1), ast.Constant(-node.value - 1)])
+
+    def visit_Compare(self, node):
+        self.generic_visit(node)
+        swaps = {ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn}
+        op = swaps.get(type(node.ops[0]))
+        return self.choose(node, [ast.Compare(node.left, [op()], node.comparators)] if op else [])
+
+    def visit_Attribute(self, node):
+        self.generic_visit(node)
+        if not isinstance(node.ctx, ast.Load):
+            return node
+        swaps = {
+            "Q": "R",
+            "R": "Q",
+            "T": None,
+            "sin": "cos",
+            "cos": "sin",
+            "arctan2": "hypot",
+            "hypot": "arctan2",
+            "vstack": "hstack",
+            "xk_k": None,
+        }
+        other = swaps.get(node.attr, "")
+        if other:
+            return self.choose(node, [ast.Attribute(node.value, other, node.ctx)])
+        return self.choose(node, [node.value]) if other is None and node.attr == "T" else node
+
+    def visit_Call(self, node):
+        self.generic_visit(node)
+        others = []
+        if len(node.args) == 2 and not node.keywords:
+            others.append(ast.Call(node.func, node.args[::-1], []))
+        if len(node.args) == 1 and not node.keywords:
+            others.append(node.args[0])
+        return self.choose(node, others)
+
+
+def mutants(source, subject):
+    """(what was changed, the changed source) of each mutant of the answer cells."""
+    place = 0
+    while True:
+        tree = ast.parse(source)
+        change = Mutate(place)
+        names = {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+        tree.body = [change.visit(n) if getattr(n, "name", None) in names else n for n in tree.body]
+        if not change.what:
+            return
+        place += 1
+        yield change.what, ast.unparse(ast.fix_missing_locations(copy.deepcopy(tree)))
+
+
+def same_on_runs(check, right, subject, runs=200):
+    """Whether a filter gives what the right one does over random runs."""
+
+    sensor = "xy" if check.name.startswith("cartesian") else "rb"
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        log = simulate(
+            Robot([0.0, 0.0], np.eye(2) * 0.05, np.diag([0.04, 0.0076]), type=sensor, rng=rng),
+            random_map(8, rng),
+            steps=30,
+        )
+        try:
+            a, b = (replay(KF, log) for KF in (right, subject))
+        except Exception:
+            return False
+        for name in ("x", "P"):
+            one, other = getattr(a, name), getattr(b, name)
+            if one.shape != other.shape or not np.allclose(one, other, rtol=0.05, atol=2e-3 * np.abs(one).max()):
+                return False
+    return True
+
+
+def mutated(check, source, show):
+    """(mutants, refused, accepted that differ, named, with their words)."""
+    right = build(source, (), check.subject)
+    total = refused = accepted = named = 0
+    for what, text in mutants(source, check.subject):
+        try:
+            subject = build(text, (), check.subject)
+        except Exception:
+            continue
+        total += 1
+        sentence = said(check, subject)
+        if not sentence:
+            if not same_on_runs(check, right, subject):
+                accepted += 1
+                print("  ACCEPTED", what)
+            continue
+        refused += 1
+        vague = "Not yet right" in sentence and not any(word in sentence for word in ("Error", "shape", "NaN"))
+        named += not vague
+        if show and vague:
+            print("  VAGUE", what, "\n     ", sentence[:300])
+        elif show == 2:
+            print("  MUTANT", what, "\n     ", sentence.split("passed.", 1)[1][:260])
+    return total, refused, accepted, named
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("checks", nargs="*", default=list(CHECKS))
+    parser.add_argument("--pairs", type=int, default=2000)
+    parser.add_argument("--show", type=int, default=0)
+    parser.add_argument("--only", default="singles,right,pairs,mutants")
+    given = parser.parse_args()
+    for name in given.checks:
+        check = CHECKS[name]
+        source = source_of(check)
+        start = time.process_time()
+        if "singles" in given.only:
+            print(name, "mistakes one by one: {}, named {}".format(*singles(check, source)))
+        if "right" in given.only:
+            refused = [r.id for r in check.right if said(check, build(source, r.form, check.subject))]
+            print(name, f"right forms: {len(check.right)}, refused {refused}")
+        if "pairs" in given.only:
+            n, two, one, false = pairs(check, source, given.pairs, given.show)
+            print(name, f"pairs: {n}, both named {two / n:.1%}, one named {one / n:.1%}, false sentence in {false}")
+        if "mutants" in given.only:
+            n, refused, accepted, named = mutated(check, source, given.show)
+            print(
+                name, f"mutants: {n}, refused {refused}, accepted that differ {accepted}, named {named / refused:.1%}"
+            )
+        print(name, f"{time.process_time() - start:.0f} s of the processor", flush=True)
+
+
+if __name__ == "__main__":
+    main()

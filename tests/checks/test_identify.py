@@ -1,0 +1,73 @@
+"""A mistake that nobody listed is found by probing: the quantity that is wrong, and nothing that is not so."""
+
+import pytest
+from checks.test_checks import failure
+
+LAB1, LAB3 = "cartesian-kf", "range-bearing-kf"
+S1, S3 = "S = H @ self.Pk_k @ H.T + repeat_R(self.R, p)", "S = H @ self.Pk_k @ H.T + np.kron(np.eye(p), self.R)"
+GAIN, X, P = (
+    "K = np.linalg.solve(S, H @ self.Pk_k).T",
+    "self.xk_k + K @ innovation",
+    "self.Pk_k = self.Pk_k - K @ S @ K.T",
+)
+ROWS = "[[-dx / r, -dy / r], [dy / r**2, -dx / r**2]]"
+
+# What is changed in the solution, and what must be said of it.
+UNLISTED = [
+    (
+        LAB1,
+        [("self.dt * u", "1.5 * self.dt * u")],
+        "moves xk_k by [0.225, -0.3375], right is [0.15, -0.225] (1.5 times",
+    ),
+    (LAB1, [("+ self.Q", "+ 3 * self.Q")], "is what the motion adds: it acts as [[0.06, 0.0225]"),
+    (LAB1, [("repeat_R(self.R, p)", "np.diag([0.16, 0.36] * p)")], "`self.R` has no effect: in its place stands"),
+    (LAB1, [("repeat_R(self.R, p)", "repeat_R(2 * self.R, p)")], "R, as it stands in S, acts as [[0.32, 0.16]"),
+    (LAB1, [(X, X.replace("K", "1.1 * K"))], "Pk_k comes out right, so H and R are; the correction is not what"),
+    (LAB3, [(ROWS, "[[-2 * dx / r, -2 * dy / r], [dy / r**2, -dx / r**2]]")], "that of the range acts as"),
+    (LAB3, [(ROWS, "[[-dx / r, -dy / r], [dy / r**2, dx / r**2]]")], "One entry of the bearing row has the wrong sign"),
+    (LAB3, [(ROWS, "[[-dx / r, -dy / r], [-1 / r**2, 1 / r**2]]")], "that of the bearing acts as"),
+    (
+        LAB3,
+        [("innovation[1::2] = wrap(innovation[1::2])", "innovation[1::2] = np.arctan(np.tan(innovation[1::2]))")],
+        "half a turn is lost, as with arctan",
+    ),
+    (
+        LAB3,
+        [
+            ("lm.p - h(self.xk_k, k)", "(lm.p - h(self.xk_k, k)) % [99, 2 * np.pi]"),
+            ("= wrap(innovation[1::2])", "= innovation[1::2]"),
+        ],
+        "The bearing innovation is wrapped into [0, 2 pi)",
+    ),
+    (
+        LAB3,
+        [("[self.map[self.map.index(lm)] for lm in y]", "[self.map[0] for lm in y]")],
+        "of the measurement is taken for landmark 7 of the map",
+    ),
+    (LAB3, [("h(self.xk_k, k) for", "h(self.xk_k, k) + [0.1, 0] for")], "(the bearing is right)"),
+    (LAB1, [(P, "self.Pk_k = self.Pk_k - K @ S @ K.T - np.eye(2)")], "negative variances"),
+]
+
+
+@pytest.mark.parametrize("name, form, says", UNLISTED)
+def test_what_nobody_listed_is_found(name, form, says):
+    text = " ".join(str(failure(name, form)).split())
+    assert says in text
+    assert "Perhaps" not in text and "times the expected value" not in text
+
+
+def test_what_is_right_comes_first():
+    text = failure(LAB3, [(S3, S3.replace("self.R", "3 * self.R"))]).summary
+    assert text.startswith("`predict`, what is expected and H are right; R, as it stands in S, acts as")
+
+
+def test_the_second_mistake_is_told_and_what_only_follows_is_not():
+    error = failure(LAB1, [("+ self.Q", "+ 3 * self.Q"), (S1, S1.replace("self.R", "2 * self.R"))])
+    assert "the motion adds" in error.summary
+    assert sum(line.startswith("Also:") for line in error.details) == 1
+    assert "Also: R, as it stands in S, acts as" in " ".join(error.details)
+
+
+def test_a_wrong_constructor_hides_nothing_of_what_comes_after():
+    text = " ".join(str(failure(LAB1, [("np.array(P0, dtype=float)", "np.eye(2)"), ("+ self.Q", "- self.Q")])).split())
+    assert "does not start with P0" in text and "`predict` subtracts Q" in text
