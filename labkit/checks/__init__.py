@@ -20,7 +20,7 @@ from .compare import entire, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
 from .identify import told
-from .probing import expanded
+from .probing import ask, expanded
 from .trace import Scenario, Trace, run
 
 Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
@@ -77,7 +77,7 @@ def observe(data: Data, subject: Any) -> dict[str, Trace]:
         raise CheckError(name, problem)
     try:
         traces = steady_traces(data, subject)
-        return traces | {probe["id"]: run(subject, data["kind"], probe) for probe in probes_of(data)}
+        return traces | (ask(subject, data["kind"], data["probing"]["probes"]) if "probing" in data else {})
     except KeyboardInterrupt as error:
         raise CheckError(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
 

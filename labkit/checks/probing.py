@@ -5,14 +5,14 @@ asked again with each number of its measurements a little larger and smaller: ho
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..geometry import Array
-from .trace import Scenario, Trace
+from .trace import Scenario, Stop, Trace, run
 
 
 def _none():
@@ -46,15 +46,30 @@ def expanded(probes: Sequence[Scenario]) -> list[Scenario]:
             "title": probe["id"],
             "at": sorted({max(last - 1, 0), last}),
         }
-        asked.append({**common, "id": _name(probe["id"]), "calls": probe["calls"]})
+        asked_first = _name(probe["id"])
+        asked.append({**common, "id": asked_first, "calls": probe["calls"]})
         for place in range(_measured(probe)):
             for sign in (1, -1):
                 calls = json.loads(json.dumps(probe["calls"]))
                 ((seen,),) = [list(calls[-1][1].values())]
                 entry, number = divmod(place, 2)
                 seen[entry][probe["first"] + number] += sign * probe["step"]
-                asked.append({**common, "id": _name(probe["id"], place, sign), "calls": calls})
+                asked.append({**common, "id": _name(probe["id"], place, sign), "calls": calls, "of": asked_first})
     return asked
+
+
+def ask(subject: Callable, kind: str, probes: Sequence[Scenario]) -> dict[str, Trace]:
+    """{id: Trace} of all that is asked of a filter; what it prints is left aside, and so are long texts."""
+    traces: dict[str, Trace] = {}
+    for probe in expanded(probes):
+        first = traces.get(probe.get("of", ""))
+        if first and first.stop:  # it would stop again, and a grader need not be sent each text
+            trace = Trace([], Stop([0, "", [], ""], ""))
+        else:
+            trace = run(subject, kind, probe)
+        text = trace.stop and Stop(trace.stop.key, trace.stop.text[:200])
+        traces[probe["id"]] = Trace(trace.steps, text)
+    return traces
 
 
 def _name(id, place=None, sign=1):

@@ -19,10 +19,10 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from labkit import Robot, random_map, replay, simulate  # noqa: E402
-from labkit.checks import CheckError, decide, observe, probes_of, stored  # noqa: E402
+from labkit.checks import CheckError, decide, observe, stored  # noqa: E402
 from labkit.checks.compare import gap  # noqa: E402
 from labkit.checks.identify import findings, probed  # noqa: E402
-from labkit.checks.trace import run  # noqa: E402
+from labkit.checks.probing import ask  # noqa: E402
 from labkit.instructor.authoring.spec import answers, build, definitions  # noqa: E402
 from labkit.notebook.read import read  # noqa: E402
 
@@ -45,8 +45,7 @@ def said(check, subject):
 
 def wrong_parts(check, subject):
     data = stored(check.name)
-    traces = {probe["id"]: run(subject, data["kind"], probe) for probe in probes_of(data)}
-    return findings(probed(data["probing"], traces))
+    return findings(probed(data["probing"], ask(subject, data["kind"], data["probing"]["probes"])))
 
 
 def both(form, other):
