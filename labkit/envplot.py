@@ -3,12 +3,12 @@
 import sys
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from .canvas import Canvas
 from .plots import ScenePanel
 from .robot import Robot
+from .validation import as_covariance, as_point
 from .world import Map, located, positions
 
 
@@ -42,8 +42,10 @@ class EnvPlot:
 
         In a notebook and without a display nothing waits.
         """
+        if not isinstance(r, Robot) or not hasattr(kf, "xk_k"):
+            raise TypeError("plotSim(r, m, kf) needs a Robot, a Map and a filter, in this order")
         seen = located(r.p, positions(r.objs), r.type)
-        mean, cov = np.ravel(kf.xk_k), np.asarray(kf.Pk_k)
+        mean, cov = as_point(kf.xk_k, "the filter's xk_k"), as_covariance(kf.Pk_k, "the filter's Pk_k")
         self.panel.show(m, r.p, r.range, seen, mean, cov)
         if self._window is None:
             self._show_in_notebook()

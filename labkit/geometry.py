@@ -130,28 +130,6 @@ def root(cov: Covariances) -> Array:
     return vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
 
 
-def as_covariance(value: ArrayLike, name: str, size: int = 2) -> Covariance:
-    """`value` as a float (size, size) covariance; ValueError names the argument if it is not one."""
-    cov = np.asarray(value, dtype=float)
-    if cov.shape != (size, size):
-        raise ValueError(f"{name} must be a {size} x {size} covariance, but its shape is {cov.shape}")
-    if not np.isfinite(cov).all():
-        raise ValueError(f"{name} has an entry that is not a finite number")
-    if not np.allclose(cov, cov.T):
-        raise ValueError(f"{name} must be symmetric, as every covariance is")
-    if np.linalg.eigvalsh(cov)[0] < -1e-9 * max(1.0, abs(cov).max()):
-        raise ValueError(f"{name} has a negative variance in some direction: no covariance has that")
-    return cov
-
-
-def as_point(value: ArrayLike, name: str) -> Point:
-    """`value` as a float (2,) point [m]; ValueError names the argument if it is not one."""
-    point = np.array(value, dtype=float).reshape(-1)
-    if point.shape != (2,) or not np.isfinite(point).all():
-        raise ValueError(f"{name} must be two finite numbers (x, y), but it is {value!r}")
-    return point
-
-
 def weighted(poses: Poses, w: Array) -> tuple[Poses, Covariance]:
     """Mean (..., 3) and covariance of poses (m, ..., 3) with the weights w (m,), whose sum is 1.
 

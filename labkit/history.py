@@ -9,6 +9,7 @@ import numpy as np
 
 from .checks.feedback import FilterError, LabError, explain
 from .geometry import Array, Covariance, Covariances
+from .validation import as_covariance, as_numbers, fault
 
 START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
 START_COV = 3.0 * np.eye(2)  # ... give or take 1.7 m
@@ -38,6 +39,38 @@ class History:
     d2: Sequence[list] = ()
     gate: float = np.inf
 
+    def sound(self, prior: bool = False) -> Covariances:
+        """P (N+1, n, n), or P_prior (N, n, n), if each is a covariance; FilterError says at which step one is none."""
+        P, when = (self.P_prior, "after predict in") if prior else (self.P, "after")
+        faults = self.__dict__.setdefault("_faults", {})  # sought once, since all that measures and draws asks
+        if prior not in faults:
+            faults[prior] = fault(P)
+        if faults[prior]:
+            k, what = faults[prior]
+            raise FilterError(f"Your filter's P {when} step {k + prior} of {len(self.x) - 1} {what}.")
+        return P
+
+
+def of_one_run(history: History, log: AnyLog) -> None:
+    """Raise TypeError unless these are a History and a log, ValueError unless they have the same steps."""
+    if not (hasattr(history, "x_prior") and hasattr(log, "controls")):
+        came = f"{type(history).__name__} and {type(log).__name__}"
+        raise TypeError(f"a History (from replay) and its Log are needed, but these are {came}: in the other order?")
+    if len(history.x) != len(log) + 1:
+        raise ValueError(
+            f"the history has {len(history.x) - 1} steps and the log '{log.name}' {len(log)}: "
+            "they are of different runs, so replay the filter over this log"
+        )
+
+
+def truth_of(log: AnyLog) -> Array:
+    """The truth (N+1, ...) of a log; ValueError if nothing of it is known."""
+    if log.truth is None:
+        raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
+    if not np.isfinite(log.truth).any():
+        raise ValueError(f"the ground truth of '{log.name}' is unknown throughout")
+    return np.asarray(log.truth)
+
 
 def make_filter(
     KF: Callable,
@@ -53,13 +86,21 @@ def make_filter(
 
     noise: for robots with odometry, whose filters are made as KF(x0, P0, map, noise), of a team as KF(x0, P0, noise):
     see labkit.legged.Noise and labkit.team.TeamNoise.  options: what else the class takes by name.
+    Raises ValueError, with the argument's name, for what cannot be, FilterError for what the class makes of the rest.
     """
+    if not callable(KF):
+        raise ValueError(f"KF must be a class, but it is an object of the class {type(KF).__name__}")
+    if not np.isfinite(as_numbers(x0, "x0")).all():
+        raise ValueError(f"x0 must be finite numbers, but it is {x0!r}")
+    as_covariance(P0, "P0", np.size(x0))
     if noise is not None:
         known = [log.map] if hasattr(log, "map") else []  # a team has none
         return made(lambda: KF(np.array(x0), np.array(P0), *known, noise, **options))
     Q, R = (log.Q if Q is None else Q), (log.R if R is None else R)
     if Q is None or R is None:
         raise ValueError(f"the log '{log.name}' does not know its noise: give Q and R")
+    as_covariance(Q, "Q", max(2, len(np.atleast_1d(Q))))
+    as_covariance(R, "R")
     return made(lambda: KF(np.array(x0), np.array(P0), np.array(Q), np.array(R), log.map, dt=log.dt, **options))
 
 
@@ -79,6 +120,8 @@ def replay(kf: Any, log: AnyLog) -> History:
     Raises FilterError, with the step and the student's own line, when the filter raises or when what it leaves there
     is no estimate.
     """
+    if isinstance(kf, type) or not hasattr(log, "controls"):
+        raise TypeError("replay(kf, log) needs first a filter, say from make_filter(KF, log), no class, and then a Log")
     shapes, before, after, d2 = _shapes(log, 2), [], [], []
     try:
         shapes = _shapes(log, len(getattr(kf, log.fields[0])))
@@ -103,8 +146,7 @@ def replay(kf: Any, log: AnyLog) -> History:
             f"After step {int(bad.argmax())} of {len(log)} your filter's estimate is not a number "
             "(NaN or infinite). Look for a division by zero or a covariance that grows without end."
         )
-    R = getattr(kf, "R", None)
-    R = None if R is None else np.array(R, dtype=float)
+    R = None if getattr(kf, "R", None) is None else np.array(kf.R, dtype=float)
     history = History(log.times, x, P, x_prior, P_prior, R, d2, getattr(kf, "gate", np.inf))
     log.judge(history)
     return history

@@ -6,9 +6,10 @@ from typing import ClassVar
 import numpy as np
 
 from .checks.kinds import KINDS, run
-from .geometry import Array, Covariance, Measurements, Points, Seed, as_covariance, root
+from .geometry import Array, Covariance, Measurements, Points, Seed, root
 from .history import History
 from .robot import Robot, add_noise
+from .validation import as_count, as_covariance, as_numbers
 from .world import SENSORS, Landmark, Map, positions, sensed
 
 
@@ -50,30 +51,49 @@ class Log:
     shape: ClassVar = None  # of that mean: as many numbers as the filter has
 
     def __post_init__(self):
-        n = len(self.controls)
-        for name, value, length in [
-            ("times", self.times, n + 1),
-            ("truth", self.truth, n + 1),
-            ("seen_id", self.seen_id, len(self.seen)),
-            ("seen_step", self.seen_step, len(self.seen)),
-        ]:
-            if value is not None and len(value) != length:
-                raise ValueError(f"a log of {n} steps needs {length} {name}, but there are {len(value)}")
+        n, m = len(self.controls), len(self.seen)
+        # {field: its shape, where None is any number}
+        shapes = {"times": (n + 1,), "controls": (n, None), "seen": (m, 2), "truth": (n + 1, None)}
+        for name, shape in (shapes | {"seen_step": (m,), "seen_id": (m,)}).items():
+            value = getattr(self, name)
+            if value is None and name == "truth":
+                continue
+            value = as_numbers(value, f"{name} of a log") if name in shapes else np.asarray(value)
+            if len(value) != shape[0]:
+                raise ValueError(f"a log of {n} steps needs {shape[0]} {name}, but there are {len(value)}")
+            if value.ndim != len(shape) or shape[1:] not in ((), (None,), value.shape[1:]):
+                raise ValueError(
+                    f"{name} of a log cannot have the shape {value.shape}: help(Log) tells what it must be"
+                )
+            if name in ("times", "controls", "seen") and not np.isfinite(value).all():
+                raise ValueError(f"{name} of a log must be finite numbers, but one of them is not")
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
         if self.sensor not in SENSORS:
             raise ValueError(f"sensor must be 'xy' or 'rb', but it is {self.sensor!r}")
-        if len(self.seen_step) and not 0 <= min(self.seen_step) <= max(self.seen_step) < n:
-            raise ValueError(
-                f"seen_step must name steps from 0 to {n - 1}, "
-                f"but goes from {min(self.seen_step)} to {max(self.seen_step)}"
-            )
+        if self.frame not in ("world", "robot"):
+            raise ValueError(f"frame must be 'world' or 'robot', but it is {self.frame!r}")
         if n and not (np.diff(self.times) > 0).all():
             raise ValueError("the times of a log must increase from step to step")
-        for name in ("times", "controls", "seen"):
-            if not np.isfinite(getattr(self, name)).all():
-                raise ValueError(f"{name} of a log must be finite numbers, but one of them is not")
-        for value in (self.times, self.controls, self.seen_step, self.seen_id, self.seen, self.truth):
-            if value is not None:
-                value.setflags(write=False)
+        self._see_to_the_steps()
+
+    def _see_to_the_steps(self):
+        """Raise ValueError unless each measurement is of a step of the run, one after the other."""
+        steps, n = self.seen_step, len(self)
+        if not len(steps):
+            return
+        if steps.dtype.kind not in "iu":
+            raise ValueError(f"seen_step must be whole numbers, but it is an array of {steps.dtype}")
+        beyond, back = (steps < 0) | (steps >= n), np.append(False, np.diff(steps) < 0)
+        k = int((beyond if beyond.any() else back).argmax())
+        if beyond.any():
+            which = f"measurement {k} is of step {steps[k]}, as are {beyond.sum() - 1} more of the {len(steps)}"
+            raise ValueError(f"seen_step must name steps from 0 to {n - 1}, those of the run, but {which}")
+        if back.any():
+            raise ValueError(
+                f"seen_step must ascend, but measurement {k} is of step {steps[k]} and the one before it of step "
+                f"{steps[k - 1]}: sort seen_step, seen_id and seen by np.argsort(seen_step, kind='stable')"
+            )
 
     def __len__(self) -> int:
         return len(self.controls)
@@ -114,9 +134,9 @@ def simulate(robot: Robot, map: Map, steps: int | None = None) -> Log:
     again gives another run from the same start.  Same distribution as calling `action` and
     `measure` in a loop, without the loop.
     """
-    steps = round((robot.tf - robot.t) / robot.dt) if steps is None else int(steps)
-    if steps < 1:
-        raise ValueError(f"a run needs at least one step, but steps is {steps}")
+    if not isinstance(robot, Robot):
+        raise TypeError(f"simulate(robot, map) needs a Robot first, but it was given {robot!r}")
+    steps = as_count(round((robot.tf - robot.t) / robot.dt) if steps is None else steps, "a run's steps")
     times = robot.t + robot.dt * np.arange(steps + 1.0)
     controls = robot.velocity(times[:-1])
     moves = robot.dt * controls + robot.rng.standard_normal((steps, 2)) @ root(robot.Q).T

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 
 from . import metrics
 from .geometry import Array, Covariance, Covariances, Point, Points, Pose, ellipse
-from .history import History
+from .history import History, of_one_run
 from .log import Log
 from .world import Map, located, positions
 
@@ -72,13 +72,15 @@ class MapPanel:
         legend_below(ax, ncols=3, handlelength=1.8, columnspacing=1.2)
 
     def show(self, log: Log, history: History, ellipses: int = 20) -> Self:
-        """Fill the panel with a run."""
+        """Fill the panel with a run; raises ValueError for another run's history, FilterError for a P that is none."""
+        of_one_run(history, log)
+        P = history.sound()
         self.landmarks.set_data(*positions(log.map).T)
         if log.truth is not None:
             self.truth.set_data(*log.truth[:, :2].T)
         self.estimate.set_data(*history.x[:, :2].T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
-        self.ellipses.set_data(*outlines(history.x[every, :2], history.P[every, :2, :2]).T)
+        self.ellipses.set_data(*outlines(history.x[every, :2], P[every, :2, :2]).T)
         return self
 
 
@@ -100,10 +102,10 @@ class ErrorPanel:
     def show(self, log: Log, history: History) -> Self:
         """Fill the panel with a run."""
         t = log.times - log.times[0]
-        error = metrics.errors(history, log)
+        error, P = metrics.errors(history, log), history.sound()
         both = np.concatenate([t, [np.nan], t])  # upper and lower bound in one line
         for i, (line, bound) in enumerate(self.lines):
-            sigma = 3 * np.sqrt(np.maximum(history.P[:, i, i], 0))
+            sigma = 3 * np.sqrt(np.maximum(P[:, i, i], 0))
             line.set_data(t, error[:, i])
             bound.set_data(both, np.concatenate([sigma, [np.nan], -sigma]))
         return self
@@ -113,6 +115,8 @@ class ConsistencyPanel:
     """NEES, or NIS per measured number, over time with its 95 % chi-square bounds (log scale)."""
 
     def __init__(self, ax: Axes, duration: float, kind: str = "nees", dof: int = 2):
+        if kind not in ("nees", "nis"):
+            raise ValueError(f"kind must be 'nees' or 'nis', but it is {kind!r}")
         self.kind, self.dof = kind, dof
         ylabel = {"nees": f"NEES ({dof} is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
         ax.set(xlim=(0, duration), ylim=(1e-3, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
@@ -196,6 +200,7 @@ class ScenePanel:
 
 def plot_run(axes: Sequence[Axes], log: Log, history: History, kind: str = "nees") -> None:
     """Fill three axes: map with paths, error within its bounds, NEES or NIS within its bounds."""
+    of_one_run(history, log)
     duration = log.times[-1] - log.times[0]
     MapPanel(axes[0], limits(log)).show(log, history)
     settled = history.P[len(log) // 20 :, :2, :2]  # without the wide start
@@ -216,6 +221,8 @@ def show_run(log: Log, history: History, kind: str = "nees", title: str = "") ->
 
 def plot_mean_nees(ax: Axes, times: Array, values: Array, dof: int = 2) -> None:
     """Mean NEES over runs, values (runs, N+1), within the bounds that 95 % of such means keep."""
+    if np.ndim(values) != 2 or np.shape(values)[1] != len(times):
+        raise ValueError(f"values must have the shape (runs, {len(times)}), as many as times, not {np.shape(values)}")
     low, high = metrics.chi2_bounds(dof, runs=len(values))
     ax.plot(times, np.mean(values, axis=0), "-", color=BLUE, lw=1, label=f"mean of {len(values)} runs")
     ax.axhspan(low, high, color=ORANGE, alpha=0.35, label="95 % bounds")

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .geometry import Array, Covariance, Measurements, Point, Seed, as_covariance, as_point, root, wrap
+from .geometry import Array, Covariance, Measurements, Point, Seed, root, wrap
+from .validation import as_covariance, as_point, is_number
 from .world import SENSORS, Landmark, Map, positions, sensed
 
 DT = 0.25  # [s] one step of the handout's simulation
@@ -35,7 +36,7 @@ class Robot:
     ):
         if type not in SENSORS:
             raise ValueError(f"type must be 'xy' or 'rb', but it is {type!r}")
-        if not range > 0:
+        if not (range == np.inf or is_number(range)) or not range > 0:
             raise ValueError(f"range must be a positive distance in metres, but it is {range!r}")
         self.dt, self.v, self.ti, self.tf = DT, 0.5, 8.0, 40.0
         self.p = as_point(pose, "pose")

@@ -13,11 +13,12 @@ from . import metrics
 from .canvas import Canvas
 from .checks.feedback import FilterError
 from .explorer import Explorer, Kept, Screen, button, sliders
-from .history import START, START_COV, make_filter, replay
+from .history import START, START_COV, make_filter, of_one_run, replay
 from .log import Log, simulate
 from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
 from .robot import HANDOUT_Q, HANDOUT_R, Robot
-from .world import random_map
+from .validation import as_count
+from .world import SENSORS, random_map
 
 T = TypeVar("T")
 _FACTOR = {"value": 1.0, "min": -3, "max": 3, "step": 0.1, "readout_format": ".3g"}
@@ -65,6 +66,10 @@ class RunExplorer(Explorer):
     def __init__(self, KF, log, sensor, names, kind, landmarks, range, seed, Q, R, x0, P0):
         self.KF, self.kind, self.initial = KF, kind, {"x0": x0, "P0": P0}
         self.given, self.simulated = log, log is None
+        if sensor not in SENSORS:
+            raise ValueError(f"sensor must be 'xy' or 'rb', but it is {sensor!r}")
+        if not (self.simulated or isinstance(log, Log)):
+            raise TypeError(f"log must be a Log, but it is {log!r}")
         self.sensor = sensor if self.simulated else log.sensor
         own = (HANDOUT_Q, HANDOUT_R[self.sensor]) if self.simulated else (log.Q, log.R)
         self.noise = {name: mine if given is None else given for name, mine, given in zip("QR", own, (Q, R))}
@@ -136,6 +141,8 @@ def play(run: Any, log: Log, interval: int = 80, most: int = 200) -> Screen:
     """
     try:
         history = run if hasattr(run, "x_prior") else replay(run, log)
+        of_one_run(history, log)
+        history.sound()
     except FilterError as problem:
         return Screen().apologize(problem)
     canvas = Canvas(6.6, 4.6)
@@ -154,7 +161,7 @@ def play(run: Any, log: Log, interval: int = 80, most: int = 200) -> Screen:
 
 def moments(steps: int, most: int) -> NDArray[np.int_]:
     """(n,) at most `most` + 1 of the moments 0 ... steps, evenly spaced, with the first and the last among them."""
-    chosen = np.arange(0, steps + 1, -(-steps // most))
+    chosen = np.arange(0, steps + 1, -(-steps // as_count(most, "most")))
     return chosen if chosen[-1] == steps else np.append(chosen, steps)
 
 

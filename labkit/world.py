@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .geometry import Measurements, Point, Points, Seed, as_point, wrap
+from .geometry import Measurements, Point, Points, Seed, wrap
+from .validation import as_count, as_point
 
 SENSORS = ("xy", "rb")
 
@@ -89,7 +90,20 @@ class Map(list[Landmark]):
 
 def positions(landmarks: Sequence[Landmark]) -> Points:
     """(n, 2) array of the `p` of landmarks; (0, 2) where there are none."""
-    return np.array([lm.p for lm in landmarks], dtype=float).reshape(-1, 2)
+    try:
+        return np.array([lm.p for lm in landmarks], dtype=float).reshape(-1, 2)
+    except (AttributeError, TypeError):
+        raise TypeError(f"a Map or a list of Landmark objects is needed, but it is {landmarks!r}") from None
+
+
+def places(map: Sequence[Landmark], ids: np.ndarray) -> Points:
+    """(M, 2) [m] where the landmarks with these ids (M,) are; ValueError names one that the map lacks."""
+    known = {lm.id: lm.p for lm in map}
+    try:
+        return np.array([known[i] for i in ids.tolist()]).reshape(-1, 2)
+    except KeyError as lacking:
+        has = f"its ids are {str(list(known))[:80]}" if known else "it is empty"
+        raise ValueError(f"a measurement is of landmark {lacking}, which the map lacks: {has}") from None
 
 
 def random_map(n: int = 25, rng: Seed = None, half_width: float = 5.0) -> Map:
@@ -97,9 +111,8 @@ def random_map(n: int = 25, rng: Seed = None, half_width: float = 5.0) -> Map:
 
     rng: a numpy Generator, or a seed for one.
     """
-    if n != int(n) or n < 0:
-        raise ValueError(f"n must be a number of landmarks (0, 1, 2 ...), but it is {n!r}")
-    points = np.random.default_rng(rng).uniform(-half_width, half_width, (int(n), 2))
+    n = as_count(n, "n, the number of landmarks,", 0)
+    points = np.random.default_rng(rng).uniform(-half_width, half_width, (n, 2))
     return Map(Landmark._of(p, i) for i, p in enumerate(points))
 
 

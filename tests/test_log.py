@@ -34,7 +34,7 @@ def test_simulate_leaves_the_robot_where_it_is():
     assert len(a) == 160 and r.t == 0 and not np.array_equal(a.truth, b.truth)
     np.testing.assert_array_equal(r.p, (2, -2))
     assert len(simulate(r, Map())) == 160
-    with pytest.raises(ValueError, match="at least one step"):
+    with pytest.raises(ValueError, match="steps must be a whole number, 1 or more"):
         simulate(r, Map(), steps=0)
 
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from labkit import Landmark, Map, Robot, random_map, rotation, wrap
-from labkit.geometry import as_covariance, ellipse, root
+from labkit.geometry import ellipse, root
 from labkit.log import simulate
+from labkit.validation import as_covariance
 from labkit.world import difference, located, sensed
 
 from helpers.reference import Q, R
@@ -63,7 +64,7 @@ def test_a_map_is_a_list_of_landmarks_with_distinct_names():
         (lambda: Robot((0, 0), np.eye(2), -np.eye(2)), "R has a negative variance"),
         (lambda: Robot((0, 0), np.eye(2), np.eye(2), type="polar"), "type must be 'xy' or 'rb'"),
         (lambda: Robot((0, 0), np.eye(2), np.eye(2), range=0), "range must be a positive distance"),
-        (lambda: random_map(-1), "number of landmarks"),
+        (lambda: random_map(-1), "number of landmarks, must be a whole number, 0 or more"),
         (lambda: as_covariance([[np.inf, 0], [0, 1]], "P0"), "P0 has an entry"),
     ],
 )

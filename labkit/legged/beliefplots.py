@@ -95,7 +95,7 @@ def beliefs_along(localizer: Any, log: FieldLog, steps: Collection[int]) -> dict
         if k in steps:
             beliefs[k] = believed(localizer)
 
-    replay(Watched(localizer, note), log)
+    replay(Watched(localizer, note), log).sound()
     return beliefs
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry import Point
+from ..validation import is_number
 from ..world import Landmark, Map
-from .validation import is_number
 
 GOALS = ("yellow goal", "blue goal")
 BEACONS = ("pink-yellow", "yellow-pink", "pink-blue", "blue-pink")

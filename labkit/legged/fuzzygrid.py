@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry import Covariance, Motion, Pose, compose, transform
+from ..validation import is_number
 from .field import FIELD, Field
 from .noise import Noise, as_noise
 from .robot import Sighting
 from .trapezoid import Trapezoids, fast_wrap, fused
-from .validation import as_motion, as_sightings, is_number
+from .validation import as_motion, as_sightings
 
 FLOOR = 0.01  # no cell is ever ruled out: what is now impossible may be true after a kidnapping
 RELIABILITY = 0.2  # bias of one sighting: what a cell keeps that contradicts it

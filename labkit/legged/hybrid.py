@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from ..geometry import Covariance, Motion, Pose, compose
+from ..validation import as_count, is_number
 from ..world import Landmark
-from .validation import as_count, as_motion, as_sightings, is_number
+from .validation import as_motion, as_sightings
 
 
 class Hybrid:

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..checks.feedback import FilterError, explain
-from ..geometry import Array, Covariance, Motion, Points, Pose, Poses, as_covariance, compose, inverse, relative, wrap
+from ..geometry import Array, Covariance, Motion, Points, Pose, Poses, compose, inverse, relative, wrap
+from ..validation import as_count, as_covariance
 from ..world import Landmark
 from .field import FIELD, Field
 from .noise import Noise, as_noise
 from .robot import Sighting
-from .validation import as_count, as_motion, as_sightings
+from .validation import as_motion, as_sightings
 
 
 def poses_around(place: Points, r: Array | float, bearing: Array | float, directions: Array) -> Poses:

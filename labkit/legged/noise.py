@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from ..geometry import Covariance, Motion
+from ..validation import is_number
 from ..world import Landmark
 from .field import is_goal
-from .validation import is_number
 
 
 @dataclass(frozen=True)

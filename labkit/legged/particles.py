@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry import Covariance, Motion, Pose, Seed, compose, resampled, weighted, wrap
+from ..validation import as_count
 from .field import FIELD, Field
 from .memory import poses_around
 from .noise import Noise, as_noise
 from .robot import Sighting
-from .validation import as_count, as_motion, as_sightings
+from .validation import as_motion, as_sightings
 
 OUTLIER = 0.05  # how far a sighting may be from all sense: likelihood that is always left
 SLOW, FAST = 0.05, 0.5  # rates of the two averages of the likelihood that the filter compares

@@ -3,13 +3,15 @@
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Array, wrap
-from ..history import replay
+from ..history import made, replay
+from ..metrics import errors as errors_of
 from .robot import FieldLog
 
 SETTLED = 100  # steps after which a localizer that started from nothing should know where it is
@@ -42,7 +44,9 @@ class Result:
         return self._found_after(0)
 
     def recovered(self) -> Array:
-        """The same (runs,) from the kidnapping on."""
+        """The same (runs,) from the kidnapping on; raises ValueError if there was none."""
+        if self.kidnapped is None:
+            raise ValueError("nobody was carried away in this race: give it logs recorded with a kidnapping")
         return self._found_after(self.kidnapped)
 
     def _found_after(self, step):
@@ -81,10 +85,10 @@ def race(
     for log in progress(logs):
         for name, make in contestants.items():
             start = time.perf_counter()
-            history = replay(make(log), log)
+            history = replay(made(partial(make, log)), log)
             seconds[name] += time.perf_counter() - start
-            errors[name].append(history.x - np.asarray(log.truth))
-            sure[name].append(history.P[:, 0, 0] + history.P[:, 1, 1] < 1)
+            errors[name].append(errors_of(history, log))
+            sure[name].append(history.sound()[:, 0, 0] + history.P[:, 1, 1] < 1)
     total = len(logs) * len(logs[0])
     ends = steps[0] if steps else None
     return [

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..geometry import Array, Seed, transform, wrap
 from ..log import Log
+from ..validation import as_count
 from ..world import Landmark
 from .field import FIELD, Field, is_goal
 from .noise import Noise, as_noise
-from .validation import as_count
 
 DT = 0.1  # [s] one step: one camera image in three, and the pace of the paper's motion commands
 SPEED = 0.25  # [m/s] of a walk

@@ -2,27 +2,11 @@
 
 import math
 from collections.abc import Container, Sequence
-from typing import Any
 
 import numpy as np
 
 from ..geometry import Motion
 from ..world import Landmark
-
-
-def is_number(value: Any) -> bool:
-    """Whether value is one finite number."""
-    try:
-        return math.isfinite(value) and not isinstance(value, str)
-    except TypeError:
-        return False
-
-
-def as_count(value: Any, name: str, least: int = 1) -> int:
-    """Value as an int, if it is a whole number of at least `least`; raises ValueError that names the argument."""
-    if not is_number(value) or value != int(value) or value < least:
-        raise ValueError(f"{name} must be a whole number, {least} or more, but it is {value!r}")
-    return int(value)
 
 
 def as_motion(u: Motion) -> Motion:

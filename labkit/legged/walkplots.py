@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from .. import metrics
 from ..geometry import Array, Points
-from ..history import History
+from ..history import History, of_one_run
 from ..plots import BLUE, GREY, ORANGE, VERMILION, arrow, legend_below, outlines
 from .field import BEACONS, FIELD, GOALS, Field
 from .robot import FieldLog
@@ -52,17 +52,18 @@ class WalkPanel:
 
     def show(self, log: FieldLog, history: History, ellipses: int = 25) -> Self:
         """Fill the panel with a walk and what a filter believed of it."""
-        path, kidnapped = np.asarray(log.truth)[:, :2], log.kidnapped
+        of_one_run(history, log)
+        P, path, kidnapped = history.sound(), np.asarray(log.truth)[:, :2], log.kidnapped
         self.truth.set_data(*pen_lifted(path, kidnapped).T)
         self.start.set_data(*path[[0, *(k + 1 for k in kidnapped)]].T)
         self.lifted.set_data(*path[list(kidnapped)].T)
         # An estimate of "anywhere" is just the middle of the field.
-        sure = history.P[:, 0, 0] + history.P[:, 1, 1] < 1.0
+        sure = P[:, 0, 0] + P[:, 1, 1] < 1.0
         self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
         every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
         # Wider ones would fill the picture.
-        known = every[history.P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]
-        self.ellipses.set_data(*outlines(history.x[known, :2], history.P[known, :2, :2]).T)
+        known = every[P[every, :2, :2].trace(axis1=1, axis2=2) < 1.0]
+        self.ellipses.set_data(*outlines(history.x[known, :2], P[known, :2, :2]).T)
         return self
 
 

@@ -118,8 +118,8 @@ def in_words(log: FieldLog, history: History, finding: NDArray[np.bool_]) -> str
 
 def play(localizers: Mapping[str, Any], log: FieldLog, interval: int = 100, most: int = 150) -> Screen:
     """Animate what several localizers believe, side by side: {name: localizer}, one or up to three."""
-    if not 1 <= len(localizers) <= 3:
-        raise ValueError(f"localizers must be a dictionary of one to three, but it has {len(localizers)}")
+    if not isinstance(localizers, Mapping) or not 1 <= len(localizers) <= 3:
+        raise ValueError(f"localizers must be a dictionary of one to three, but it is {localizers!r}")
     steps = moments(len(log), most)
     try:
         beliefs = {name: beliefs_along(kf, log, set(steps.tolist())) for name, kf in localizers.items()}

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from ..geometry import Array, Seed, wrap
+from ..history import truth_of
 from ..log import Log
-from ..world import Landmark, Map
+from ..validation import is_number
+from ..world import Landmark, Map, places
 from . import example, install
 from .files import FILES, PUBLISHED, ROBOTS, DataError, first_stamp, overlap, read_table, set_number, some
 
@@ -25,6 +27,8 @@ def load(robot: int, dataset: int = 7, **options: Any) -> Log:
 
     The Log's `name` always says which of the two it is.  Further arguments: see `read`.
     """
+    if dataset not in range(1, 10):
+        raise ValueError(f"dataset must be one of 1 to 9, the published ones, but it is {dataset!r}")
     folder = install.find(f"MRCLAM_Dataset{dataset}")
     if folder:
         return read(folder, robot, **options)
@@ -58,8 +62,12 @@ def read(
     folder = Path(folder)
     if robot not in ROBOTS:
         raise ValueError(f"robot must be one of 1, 2, 3, 4, 5, but it is {robot!r}")
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"rate must be a number of steps per second, but it is {rate!r}")
+    for name, value in (("rate", rate), ("start", start), ("duration", duration)):
+        if value is None and name != "rate":
+            continue
+        if value is None or not is_number(value) or (name != "start" and value <= 0):
+            what = {"rate": "steps per second", "start": "seconds"}.get(name, "seconds, more than 0")
+            raise ValueError(f"{name} must be a number of {what}, but it is {value!r}")
     tables, notes = _tables(folder, robot)
     return _log(folder, robot, tables, notes, rate, start, duration, robots)
 
@@ -69,7 +77,14 @@ def _log(folder, robot, tables, notes, rate, start, duration, robots):
     zero = first_stamp(folder, truth[0, 0])
     for table in (truth, odometry, seen):
         table[:, 0] -= zero
-    times = _steps(*overlap(truth, odometry), rate, start, duration, robot)
+    begin, end = overlap(truth, odometry)
+    times = _steps(begin, end, rate, start, duration, robot)
+    elsewhen = (seen[:, 0] < begin - 1 / rate) | (seen[:, 0] > end + 1 / rate)
+    if elsewhen.any():
+        notes.append(
+            f"{elsewhen.sum()} of {some(len(seen), 'measurement')} left out: from {seen[elsewhen, 0].min():.1f} s to "
+            f"{seen[elsewhen, 0].max():.1f} s, but odometry and ground truth share {begin:.1f} s to {end:.1f} s"
+        )
     if odometry[-1, 0] > truth[-1, 0] + 1 and duration is None:
         early = odometry[-1, 0] - truth[-1, 0]
         notes.append(f"the ground truth ends {early:.1f} s before the odometry, and the log with it")
@@ -106,9 +121,9 @@ def with_compass(log: Log, sigma: float = radians(2), rng: Seed = None) -> Log:
     """
     if log.frame != "robot" or log.truth is None or log.truth.shape[1] < 3:
         raise ValueError(f"a compass needs a log with a true heading; '{log.name}' has none")
-    known = np.isfinite(log.truth[:, 2])
-    if not known.any():
-        raise ValueError(f"the ground truth of '{log.name}' is unknown throughout: there is no heading")
+    if not (is_number(sigma) and sigma >= 0):
+        raise ValueError(f"sigma must be a number of radians, 0 or more, but it is {sigma!r}")
+    known = np.isfinite(truth_of(log)[:, 2])
     theta = np.interp(log.times[1:], log.times[known], np.unwrap(log.truth[known, 2]))
     theta = theta + sigma * np.random.default_rng(rng).standard_normal(len(log))
     velocity = log.controls[:, :1] * np.column_stack([np.cos(theta), np.sin(theta)])
@@ -134,11 +149,10 @@ def with_odometry(log: Log) -> Log:
 
 def range_errors(log: Log) -> Array:
     """(M,) [m] by how much each range was too long; NaN where the truth is unknown, ValueError if it is throughout."""
-    if log.truth is None:
-        raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
-    places = {lm.id: lm.p for lm in log.map}
-    landmarks = np.array([places[i] for i in log.seen_id.tolist()]).reshape(-1, 2)
-    return log.seen[:, 0] - np.linalg.norm(landmarks - log.truth[log.seen_step + 1, :2], axis=1)
+    if log.sensor != "rb":
+        raise ValueError(f"the log '{log.name}' has no ranges: its sensor is '{log.sensor}'")
+    offset = places(log.map, log.seen_id) - truth_of(log)[log.seen_step + 1, :2]
+    return log.seen[:, 0] - np.linalg.norm(offset, axis=1)
 
 
 def _tables(folder, robot):
@@ -217,10 +231,14 @@ def _subjects(seen, barcodes, places, robots, notes):
     other = np.isin(subject, ROBOTS)
     unknown = ~other & ~np.isin(subject, places[:, 0])
     impossible = seen[:, 2] <= 0
+    mapless = unknown & (subject > 0)
+    unknown = unknown & (subject == 0)
+    lost = ", ".join(map(str, np.unique(subject[mapless])))
     codes = np.unique(seen[unknown, 1])
     which = f"unknown barcode{'s' if len(codes) > 1 else ''} {', '.join(f'{code:g}' for code in codes)}"
     for left_out, what in [
         (unknown, f"with {which}"),
+        (mapless, f"of landmark {lost}, which Landmark_Groundtruth.dat lacks,"),
         (other & (not robots), "of other robots"),
         (impossible, "with a range that is not positive"),
     ]:
@@ -229,4 +247,4 @@ def _subjects(seen, barcodes, places, robots, notes):
     nameless = [f"{i:g}" for i in places[:, 0] if i not in subjects]
     if nameless:
         notes.append(f"no barcode in the table for landmark {', '.join(nameless)}: never recognised")
-    return subject, ~unknown & ~impossible & (~other | bool(robots))
+    return subject, ~unknown & ~mapless & ~impossible & (~other | bool(robots))

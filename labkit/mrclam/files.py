@@ -26,6 +26,12 @@ for _r in ROBOTS:
     FILES[f"Robot{_r}_Groundtruth.dat"] = (CLOCK, "x [m]", "y [m]", "orientation [rad]")
     FILES[f"Robot{_r}_Odometry.dat"] = (CLOCK, "forward velocity [m/s]", "turn rate [rad/s]")
     FILES[f"Robot{_r}_Measurement.dat"] = (CLOCK, "barcode", "range [m]", "bearing [rad]")
+UNITS = {  # {unit: (what no robot in a hall reaches, the unit that such numbers may be in)}
+    "[m]": (100.0, "millimetres"),
+    "[m/s]": (10.0, "millimetres per second"),
+    "[rad]": (2 * np.pi, "degrees"),
+    "[rad/s]": (2 * np.pi, "degrees per second"),
+}
 BACK = 1.0  # [s] rows out of order by less than this are a logger's jitter and are sorted
 
 
@@ -44,7 +50,8 @@ def read_table(path: str | Path) -> tuple[Array, list[str]]:
 
     Comments (#), a byte order mark and Windows line ends are fine, and so is a file without rows.
     Put right, with a note: a last line cut off in the middle is dropped, rows with NaN or infinity
-    are dropped, rows less than `BACK` out of order are sorted by time.  DataError names the file and
+    are dropped, rows less than `BACK` out of order are sorted by time.  Noted and left as they are: numbers
+    too large for their unit.  DataError names the file and
     the line for anything else: unreadable, no text, words, a wrong number of columns, times running
     backwards by more (a clock that was set during the run: nothing tells what came first).
     """
@@ -63,8 +70,10 @@ def read_table(path: str | Path) -> tuple[Array, list[str]]:
     rows = _numbers(lines, columns, path)
     good = np.isfinite(rows).all(axis=1)
     if not good.all():
+        where = " or ".join(name for name, bad in zip(columns, ~np.isfinite(rows).all(axis=0)) if bad)
         rows = rows[good]
-        notes.append(f"{some(int((~good).sum()), 'row')} of {path.name} without a number left out")
+        notes.append(f"{some(int((~good).sum()), 'row')} of {path.name} left out: {where} is NaN or infinite")
+    notes += _doubts(rows, columns, path)
     if columns[0] == CLOCK and len(rows) > 1:
         step = np.diff(rows[:, 0])
         if step.min() < -BACK:
@@ -76,6 +85,15 @@ def read_table(path: str | Path) -> tuple[Array, list[str]]:
             rows = rows[np.argsort(rows[:, 0], kind="stable")]
             notes.append(f"{some(int((step < 0).sum()), 'row')} of {path.name} out of order: sorted by time")
     return rows, notes
+
+
+def _doubts(rows, columns, path):
+    """A note on each column whose numbers are too large for its unit."""
+    for name, most in zip(columns, abs(rows).max(axis=0, initial=0.0)):
+        unit = name[name.find("[") :]
+        limit, other = UNITS.get(unit, (np.inf, ""))
+        if most > limit:
+            yield f"{name} of {path.name} goes up to {most:.4g}: are these {other}? It was taken in {unit}"
 
 
 def _numbers(lines, columns, path):

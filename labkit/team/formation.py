@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..geometry import Array, Covariances, Point, Points, Pose, Poses, Seed, transform, wrap
+from ..validation import as_covariance, as_numbers, as_point
 from .log import TeamLog, recorded
 from .world import DT, TURN, Team
 
@@ -136,7 +137,12 @@ def run(
 
 
 def _belief(estimator, team):
-    return (team.poses, None) if estimator is None else (np.array(estimator.x), np.array(estimator.P))
+    if estimator is None:
+        return team.poses, None
+    x = np.array(as_numbers(estimator.x, "the estimator's x"))
+    if x.shape != (team.n, 3) or not np.isfinite(x).all():
+        raise ValueError(f"the estimator's x must be finite poses ({team.n}, 3) of the team, but it is {x!r}")
+    return x, np.array(as_covariance(estimator.P, "the estimator's P", x.size))
 
 
 class _Pilot:
@@ -179,7 +185,7 @@ class _Pilot:
 
     def _follow(self, x, i, slot, velocity):
         me, others = x[i, :2], np.delete(x[:, :2], i, axis=0)
-        return steer(x[i], np.asarray(self.force(me, _within_reach(me, slot), velocity, others), dtype=float))
+        return steer(x[i], as_point(self.force(me, _within_reach(me, slot), velocity, others), "what force gives"))
 
 
 def _within_reach(me, slot):

@@ -6,7 +6,9 @@ from itertools import permutations
 import numpy as np
 
 from ..geometry import Array, Poses, align, relative, transform
-from ..history import History
+from ..history import History, of_one_run, truth_of
+from ..metrics import squared
+from ..validation import as_numbers
 from .log import TeamLog
 
 
@@ -27,8 +29,15 @@ class FrameErrors:
 
 
 def frame_errors(poses: Poses, truth: Poses, who: int = 0) -> FrameErrors:
-    """The FrameErrors of an estimate against the truth, both (N+1, n, 3); NaN where the truth is."""
-    poses, truth = np.asarray(poses), np.asarray(truth)
+    """The FrameErrors of an estimate against the truth, both (N+1, n, 3); NaN where the truth is.
+
+    Raises ValueError for other shapes, and for a robot that is not there.
+    """
+    poses, truth = as_numbers(poses, "poses"), as_numbers(truth, "truth")
+    if poses.ndim != 3 or poses.shape != truth.shape or poses.shape[2] != 3:
+        raise ValueError(f"poses and truth must have the same shape (N+1, n, 3), but have {poses.shape}, {truth.shape}")
+    if who not in range(poses.shape[1]):
+        raise ValueError(f"who must be a robot from 0 to {poses.shape[1] - 1}, but it is {who!r}")
     known = np.isfinite(truth[..., :2]).all(axis=-1)
     angle, shift = align(poses[known][:, :2], truth[known][:, :2])
     others = [i for i in range(poses.shape[1]) if i != who]
@@ -47,10 +56,10 @@ def relative_nees_per_dimension(history: History, log: TeamLog) -> float:
     Steps whose truth is not known (NaN) are left out.  A turn or shift of everything changes nothing, so 1 is
     consistent whatever the frame does.  Raises ValueError for a log without truth.
     """
-    if log.truth is None:
-        raise ValueError(f"the log '{log.name}' has no ground truth to compare with")
-    pairs = permutations(range(log.n), 2)
-    return float(np.mean(np.concatenate([_relative_nees(history, log.truth, i, j) for i, j in pairs])))
+    of_one_run(history, log)
+    history.sound()
+    truth, pairs = truth_of(log), permutations(range(log.n), 2)
+    return float(np.mean(np.concatenate([_relative_nees(history, truth, i, j) for i, j in pairs])))
 
 
 def _relative_nees(history, truth, i, j):
@@ -65,5 +74,4 @@ def _relative_nees(history, truth, i, j):
     both = [*range(3 * i, 3 * i + 3), *range(3 * j, 3 * j + 3)]
     C = J @ history.P[:, both][:, :, both] @ np.swapaxes(J, 1, 2)
     known = np.isfinite(e).all(axis=1)
-    e, C = e[known], C[known]
-    return np.einsum("ki,ki->k", e, np.linalg.solve(C, e[..., None])[..., 0]) / 2
+    return squared(e[known], C[known]) / 2

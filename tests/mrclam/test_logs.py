@@ -227,9 +227,9 @@ def test_rows_without_a_number_are_left_out(small):
     log = mrclam.read(small[0], 1)
     assert np.isfinite(log.truth).all() and np.isfinite(log.controls).all() and len(log.seen) == 4
     assert log.notes == (
-        "1 row of Robot1_Groundtruth.dat without a number left out",
-        "1 row of Robot1_Odometry.dat without a number left out",
-        "2 rows of Robot1_Measurement.dat without a number left out",
+        "1 row of Robot1_Groundtruth.dat left out: x [m] is NaN or infinite",
+        "1 row of Robot1_Odometry.dat left out: forward velocity [m/s] is NaN or infinite",
+        "2 rows of Robot1_Measurement.dat left out: range [m] is NaN or infinite",
         "1 measurement with a range that is not positive left out",
     )
 
@@ -301,7 +301,7 @@ def test_the_noise_of_a_compass_has_the_size_and_the_seed_it_was_given():
 def test_what_is_written_is_read_back(tmp_path):
     rng = np.random.default_rng(1)
     for name, columns in FILES.items():
-        rows = rng.integers(0, 1000, (50, len(columns))) / 8
+        rows = rng.integers(0, 48, (50, len(columns))) / 8
         rows[:, 0] = 1.2e9 + np.arange(50) if columns[0] == "time [s]" else np.arange(50)
         if "barcode" in columns:
             rows[:, 1] = np.arange(50)
@@ -309,6 +309,37 @@ def test_what_is_written_is_read_back(tmp_path):
         back, notes = read_table(tmp_path / name)
         np.testing.assert_allclose(back, rows, rtol=0, atol=1e-6)
         assert notes == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "note"),
+    [
+        ("Measurement", lambda m: m + [1000, 0, 0, 0], "4 of 4 measurements left out: from 1001.2 s to 1005.0 s"),
+        ("Measurement", lambda m: m * [1, 1, 1, 57.3], "bearing [rad] of Robot1_Measurement.dat goes up to 28.65"),
+        ("Measurement", lambda m: m * [1, 1, 1000, 1], "range [m] of Robot1_Measurement.dat goes up to 4000"),
+        ("Groundtruth", lambda g: g * [1, 1, 1, 57.3], "are these degrees? It was taken in [rad]"),
+        ("Odometry", lambda o: o * [1, 1000, 1], "are these millimetres per second? It was taken in [m/s]"),
+    ],
+)
+def test_another_time_and_other_units_are_noted(small, kind, change, note):
+    small[1](kind, change)
+    assert note in "\n".join(mrclam.read(small[0], 1).notes)
+
+
+def test_a_landmark_with_a_barcode_that_the_map_lacks_is_told_by_its_number(small):
+    write_set(small[0], {"Landmark_Groundtruth.dat": tables()["Landmark_Groundtruth.dat"][:1]})
+    log = mrclam.read(small[0], 1)
+    assert log.seen_id.tolist() == [6, 6]
+    assert log.notes == ("2 measurements of landmark 7, which Landmark_Groundtruth.dat lacks, left out",)
+
+
+def test_there_are_nine_data_sets_and_a_compass_has_no_negative_noise(small):
+    with pytest.raises(ValueError, match="dataset must be one of 1 to 9"):
+        mrclam.load(1, dataset=12)
+    with pytest.raises(ValueError, match="sigma must be a number of radians"):
+        mrclam.with_compass(mrclam.read(small[0], 1), sigma=-0.1)
+    with pytest.raises(ValueError, match="has no ranges"):
+        mrclam.range_errors(replace(mrclam.read(small[0], 1), sensor="xy"))
 
 
 # ------------------------------------------------------------------------------------ simulated

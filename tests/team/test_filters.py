@@ -1,13 +1,13 @@
 """The team's filters by other means: numeric derivatives, filterpy, each other, statistics."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from labkit import metrics, replay
 from labkit.geometry import compose, relative
+from labkit.history import History
 from labkit.metrics import nees_per_dimension
 from labkit.team import (
     Route,
@@ -21,6 +21,7 @@ from labkit.team import (
     scenarios,
 )
 from labkit.team.converted import expected_spread, shift, spread
+from labkit.team.log import recorded
 from labkit.team.pairs import PairFilters
 
 from helpers.team_answers import answer, started
@@ -217,9 +218,11 @@ def test_the_relative_nees_is_that_of_samples_and_does_not_mind_the_frame():
     A = rng.normal(size=(9, 9)) * np.tile([0.05, 0.05, 0.01], 3)[:, None]
     P = A @ A.T
     poses = truth + (rng.standard_normal((3000, 9)) @ A.T).reshape(-1, 3, 3)
-    history = SimpleNamespace(x=poses, P=np.tile(P, (3000, 1, 1)))
-    log = SimpleNamespace(truth=truth, n=3)
+    P = np.tile(P, (3000, 1, 1))
+    history = History(np.arange(3000.0), poses, P, poses[1:], P[1:], None)
+    log = recorded(0.2, np.zeros((2999, 3, 3)), truth, [[]] * 2999, "three that stand")
     assert relative_nees_per_dimension(history, log) == pytest.approx(1, abs=0.05)
     np.testing.assert_allclose(metrics.nees(history, log), 9 * metrics.nees_per_dimension(history, log), rtol=1e-6)
     truth[:100] = np.nan  # not known for a while
+    log = recorded(0.2, np.zeros((2999, 3, 3)), truth, [[]] * 2999, "three that stand")
     assert relative_nees_per_dimension(history, log) == pytest.approx(1, abs=0.05)

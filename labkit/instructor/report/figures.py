@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...canvas import Canvas
+from ...geometry import root
 from ...history import History
 from ...log import Log
 from ...plots import BLUE, ORANGE, ErrorPanel, MapPanel, limits
@@ -73,6 +74,7 @@ def _run(figure):
     x = np.clip(x, low - FAR, high + FAR)
     bad = ~np.isfinite(P).all(axis=(1, 2))
     P = np.clip(np.where(bad[:, None, None], 0, P), -(FAR**2), FAR**2)  # no ellipse where there is no number
+    P = root(P) @ root(P).swapaxes(1, 2)  # what is no covariance is drawn as the nearest one
     x[~np.isfinite(x).all(axis=1)] = np.nan
 
     world = Map(Landmark(p, i) for i, p in enumerate(marks[near][:LANDMARKS]))
