@@ -111,7 +111,8 @@ def _trial(sandbox):
         channel = channels[-1]
         try:
             channel.settle()
-            return channel.ask(request, 30, form)
+            answer = channel.ask(request, 30, form)
+            return None if channel.worker.watch.look() else answer
         except WorkerLostError:
             if not channel.worker.watch.full:
                 raise

@@ -26,7 +26,7 @@ class Watch:
         self.pid, self.scratch, self.full = pid, scratch, False
         self._stop, self._over = stop, threading.Event()
         self._inside: int | None = None
-        self._thread = threading.Thread(target=self._look, daemon=True)
+        self._thread = threading.Thread(target=self._go_on, daemon=True)
         self._thread.start()
 
     def end(self) -> None:
@@ -34,14 +34,19 @@ class Watch:
         self._over.set()
         self._thread.join()
 
-    def _look(self):
+    def _go_on(self):
         while not self._over.wait(LOOK):
-            with suppress(OSError, psutil.Error):  # it has just ended
-                size, files = on_disk(self.scratch, self.pid) if self.scratch else self._in_memory()
-                if size > BYTES or files > FILES:
-                    self.full = True
-                    self._stop()
-                    return
+            if self.look():
+                return
+
+    def look(self) -> bool:
+        """Whether it keeps too much; it is stopped then."""
+        with suppress(OSError, psutil.Error):  # it has just ended
+            size, files = on_disk(self.scratch, self.pid) if self.scratch else self._in_memory()
+            if size > BYTES or files > FILES:
+                self.full = True
+                self._stop()
+        return self.full
 
     def _in_memory(self):
         """(bytes, files) of bubblewrap's /tmp, as seen through the worker, which is the last process in there."""
