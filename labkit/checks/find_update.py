@@ -42,7 +42,10 @@ def _corrections(single):
             if still
             else f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
         )
-        found = [Finding("estimate", text, [np.array(still)]), *([] if single.covariances else covariance(single))]
+        found = [
+            Finding("estimate", text, [np.array([float(still)] * 3)]),
+            *([] if single.covariances else covariance(single)),
+        ]
         return found + stopped(single)
     if not single.straight:
         return _bent(single) + stopped(single)
@@ -77,7 +80,7 @@ def _replaced(single):
         return []
     single.replaced = True
     if _steady(single):
-        return [Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.array(1)])]
+        return [Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.ones(2)])]
     single.replaced = False
     a, r = single.pairs["one"]
     text = f"{x} moves by {number_text(a.moved)}, right is {number_text(r.moved)}"
@@ -143,10 +146,10 @@ def _expected(single):
 def _unexpected(single, id, came, rights, wrong):
     for other in rights:
         if other != id and close(came[id], rights[other]) and single.name(other) != single.name(id):
-            names = f"Landmark {single.name(id)!r} of the measurement is taken for landmark {single.name(other)!r}"
+            names = f"What is expected of {single.name(id)} is that of {single.name(other)}"
             more = [single.probed.mine[id].moved for id in ("two", "three") if id in single.probed.mine]
-            return Finding("landmark", f"{names} of the map.", [*came.values(), *more])
-    at = f"of landmark {single.name(id)!r}, from {single.probed.x} = {number_text(single.pairs[id][0].x)},"
+            return Finding("landmark", f"{names}: find each in the map by its name.", [*came.values(), *more])
+    at = f"of {single.name(id)}, from {single.probed.x} = {number_text(single.pairs[id][0].x)},"
     if len(wrong) == 2:
         how = trait(list(came.values()), list(rights.values()))
         return Finding("h", f"The expected measurement {at} {acts(came[id], rights[id], how)}.", list(came.values()))

@@ -29,7 +29,7 @@ def _in_S(single, other_landmark):
         for id in STEPS
         if id in single.pairs
     }
-    if not set(STEPS) <= parts.keys():
+    if not single.steps <= parts.keys():
         return None
     for id, part in parts.items():
         a = single.pairs[id][0]
@@ -70,7 +70,7 @@ def noise(single: Single) -> list[Finding]:
     off = [id for id in R if not close(R[id], rights[id], 1e-2)]
     if not off:
         return []
-    value = [R[id] for id in ("one", "one dt", "one R")]
+    value = [R[id] for id in ("one", "one dt", "one R") if id in R]
     if close(R["one R"], R["one"], 1e-2):
         nothing = np.abs(R["one"]).max() < 1e-3 * np.abs(rights["one"]).max()
         text = (
@@ -120,7 +120,7 @@ def _with(single, H, other_landmark):
             a = single.pairs[id][0]
             parts[id] = Part.of(a.gain, a.P, H["other" if id == "other" else "one"])
     R = {id: part.R for id, part in parts.items()}
-    if not {"one", "one P", "one R", "one dt"} <= R.keys():
+    if not single.steps <= R.keys():
         return None
     if not all(close(r, r.T, 2e-2) for r in R.values()) or not close(R["one P"], R["one"], 2e-2):
         return None

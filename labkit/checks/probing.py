@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry import Array
+from ..geometry import Array, wrap
 from .trace import Scenario, Stop, Trace, run
 
 
@@ -110,6 +110,8 @@ def _answer(probe, traces):
     if not ends:
         return None
     (x, P, *fields), (x1, P1, *_) = ends
+    moved = (x1 - x).ravel()
+    moved[probe.get("angles", [])] = wrap(moved[probe.get("angles", [])])
     gain = []
     for place in range(_measured(probe)):
         both = [_ends(traces.get(_name(probe["id"], place, sign)), len(probe["look"])) for sign in (1, -1)]
@@ -117,13 +119,7 @@ def _answer(probe, traces):
             return None
         gain.append((both[0][1][0] - both[1][1][0]).ravel() / (2 * probe["step"]))
     return Answer(
-        x.ravel(),
-        P,
-        (x1 - x).ravel(),
-        P1,
-        np.array(gain).T if gain else _none(),
-        _none(),
-        dict(zip(probe["look"][2:], fields)),
+        x.ravel(), P, moved, P1, np.array(gain).T if gain else _none(), _none(), dict(zip(probe["look"][2:], fields))
     )
 
 

@@ -44,6 +44,7 @@ class Single:
         near, bent = (self.pairs.get(id) for id in ("near", "bent"))
         self.straight = not (near and bent) or close(bent[0].gain, near[0].gain, 2e-2)
         self.replaced = False  # whether the correction stands in the place of the estimate
+        self.steps = {id for id in STEPS if id in probed.right}
         self.scale = 1.0  # of the correction, where that alone is larger than the gain
         self.parts: dict[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
 
@@ -61,9 +62,10 @@ class Single:
         ((entries,),) = [list(self.probed.probes[id]["calls"][-1][1].values())]
         return entries[0]
 
-    def name(self, id: str) -> object:
-        """The name of that landmark."""
-        return self.entry(id)[0]
+    def name(self, id: str) -> str:
+        """What is seen there: "landmark 'a'", or "the reading (1, 0)" of observer and target."""
+        first = self.probed.probes[id].get("first", 1)
+        return f"landmark {self.entry(id)[0]!r}" if first == 1 else f"the reading {tuple(self.entry(id)[:first])}"
 
     def seen(self, id: str) -> Array:
         """What is measured there (m,)."""

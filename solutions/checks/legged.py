@@ -17,6 +17,7 @@ from .legged_parts import (
     STACK_MISTAKES,
     Y,
 )
+from .probes import pose_probing, seen_from
 
 STATE = ["xk_k", "Pk_k", "d2"]
 X0, P0 = [0.4, -0.7, 0.15], [[0.05, 0.01, 0.004], [0.01, 0.03, -0.006], [0.004, -0.006, 0.02]]
@@ -312,4 +313,23 @@ MISTAKES = [
     Mistake("gain-not-inverted", "S is not inverted in the gain: K = P H' S^-1.", [(K, "K = self.Pk_k @ H.T @ S")]),
 ]
 
-CHECKS = [Check("legged-ekf", LAB, "EKF", "filter", SCENARIOS, RIGHT, PARTS + MISTAKES)]
+PLACES = {id: place for id, *place in FIELD}
+LOOK = {"range_beacon", "range_goal", "range_floor", "bearing", "bearing_partial"}  # the sensor's noise
+
+
+def made(x0, P0, factor):
+    noise = {name: value * factor if name in LOOK else value for name, value in NOISY.items()}
+    return [{"x0": x0, "P0": P0, "m": {"legged.map": FIELD}, "noise": {"legged.noise": noise}}, {"gate": 1e9}]
+
+
+PROBING = pose_probing(
+    X0,
+    P0,
+    made,
+    lambda x0, id: seen_from(x0, PLACES[id]),
+    lambda id, z: ("legged.sightings", [id, *z, True], 1),
+    ["xk_k", "Pk_k"],
+    [STEP, BACK],
+    list(PLACES)[:5],
+)
+CHECKS = [Check("legged-ekf", LAB, "EKF", "filter", SCENARIOS, RIGHT, PARTS + MISTAKES, PROBING)]

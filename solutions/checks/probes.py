@@ -73,3 +73,67 @@ def probing(sensor, R, map):
         *(update(f"far {n}", second, off=off, step=0, **loose) for n, off in enumerate(far)),
     ]
     return {"rows": ["dx", "dy"] if sensor == "xy" else ["range", "bearing"], "probes": probes}
+
+
+def pose_probing(x0, P0, make, place, shown, look, u, ids):
+    """The probes of a filter with poses (labs 4 and 5), where neither dt nor Q nor R is told to the constructor.
+
+    make: (x0, P0, factor) -> what the constructor gets, with that much of the sensor's noise;
+    place: (x0, id) -> what should be measured;  shown: (id, z) -> an entry of what `update` gets, with its kind and the
+    place of its first number;  u: two steps;  ids: of what may be seen, or ().
+    """
+    n = np.size(x0)
+    tiny, wide = (np.eye(n) * size for size in (1e-9, 1e6))
+
+    def probe(id, *calls, P0=P0, noise=1.0, **more):
+        P0 = np.array(P0).tolist()
+        begin = {"begin": dict(zip(look, (x0, P0)))} if id != "made" else {}
+        return {"id": id, "make": make(x0, P0, noise), "calls": list(calls), "look": look, **begin, **more}
+
+    def update(id, *which, off=OFF, step=1e-3, **more):
+        entries = []
+        for one in which:
+            z = np.add(place(x0, one), off if one == which[-1] else (0, 0))
+            kind, entry, first = shown(one, [float(v) for v in z])
+            entries.append(entry)
+        more |= {"first": first, "angles": list(range(2, n, 3))} | ({"step": step} if step else {})
+        return probe(id, ["update", {kind: entries}], **more)
+
+    P0 = np.array(P0)
+    steps = [["predict", one] for one in u]
+    probes = [
+        probe("made"),
+        *(probe(f"predict {k}", step) for k, step in enumerate(steps)),
+        *(probe(f"noise {k}", step, P0=tiny) for k, step in enumerate(steps)),
+    ]
+    if ids:
+        first, second, third, *more = ids
+        kind, *_ = shown(first, [0.0, 0.0])
+        loose = {"P0": 4 * P0, "noise": 20.0}
+        far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)]
+        probes += [
+            probe("empty", ["update", {kind: []}]),
+            update("one", first),
+            update("one P", first, P0=3 * P0),
+            update("one R", first, noise=np.sqrt(2)),
+            update("one scaled", first, P0=3 * P0, noise=np.sqrt(3)),
+            update("one wide", first, P0=wide),
+            update("one narrow", first, P0=1e-6 * P0),
+            update("other", second),
+            update("other wide", second, P0=wide),
+            update("other narrow", second, P0=1e-6 * P0),
+            *(update(f"at {one}", one) for one in (third, *more)),
+            update("two", second, first, off=(0, 0)),
+            update("three", third, first, second, off=(0, 0)),
+            update("near", second, **loose),
+            update("bent", second, off=(0.3, 0.2), **loose),
+            *(update(f"far {k}", second, off=off, step=0, **loose) for k, off in enumerate(far)),
+        ]
+    return {"rows": ["range", "bearing"], "probes": probes}
+
+
+def seen_from(pose, point):
+    """Range and bearing of a point from a pose (x, y, heading)."""
+    d = np.subtract(point[:2], pose[:2])
+    turn = np.arctan2(d[1], d[0]) - pose[2]
+    return [float(np.hypot(*d)), float(np.arctan2(np.sin(turn), np.cos(turn)))]

@@ -1,6 +1,10 @@
 """Lab 5: observers, a common frame and a formation."""
 
+import numpy as np
+
 from labkit.instructor.authoring.spec import Check, Mistake, Right
+
+from .probes import pose_probing, seen_from
 
 LAB = "05_observers"
 
@@ -795,6 +799,26 @@ SLICES = """class GroupEKF(GroupEKF):
             self.x[i, 2] = wrap(self.x[i, 2])
 """
 
+
+def team_probing(pairs):
+    def made(x0, P0, factor):
+        noise = {
+            name: value * factor if name in ("range", "bearing", "lateral") else value for name, value in NOISE.items()
+        }
+        return [{"x0": x0, "P0": P0, "noise": {"team.noise": noise}}, {"gate": 1e9}]
+
+    return pose_probing(
+        X0,
+        np.array(P0) + 0.02 * np.diag(np.arange(9)),
+        made,
+        lambda x0, pair: seen_from(x0[pair[0]], x0[pair[1]]),
+        lambda pair, z: ("team.readings", [*pair, *z], 2),
+        ["x", "P"],
+        [U, [[-0.2, 0.15, -0.1], [0.1, 0.2, 0.25], [0.4, -0.1, 0.05]]],
+        pairs,
+    )
+
+
 CHECKS = [
     Check(
         "team-mean",
@@ -861,6 +885,7 @@ CHECKS = [
         PAPER,
         [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
         PAPER_MISTAKES,
+        team_probing([(1, 0), (2, 0), (1, 2), (0, 2)]),
     ),
-    Check("team-ekf", LAB, "GroupEKF", "filter", EKF, [Right("slices", SLICES)], EKF_MISTAKES),
+    Check("team-ekf", LAB, "GroupEKF", "filter", EKF, [Right("slices", SLICES)], EKF_MISTAKES, team_probing(())),
 ]

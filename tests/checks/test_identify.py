@@ -42,9 +42,22 @@ UNLISTED = [
     (
         LAB3,
         [("[self.map[self.map.index(lm)] for lm in y]", "[self.map[0] for lm in y]")],
-        "of the measurement is taken for landmark 7 of the map",
+        "what is expected of landmark 3 is that of landmark 7",
     ),
     (LAB3, [("h(self.xk_k, k) for", "h(self.xk_k, k) + [0.1, 0] for")], "(the bearing is right)"),
+    ("legged-ekf", [("A @ self.Pk_k @ A.T + W", "2 * A @ self.Pk_k @ A.T + W")], "of that, what is kept acts as"),
+    ("legged-ekf", [("np.diag(np.square(sigmas))", "7 * np.diag(np.square(sigmas))")], "R, as it stands in S, acts as"),
+    (
+        "team-paper",
+        [("[-dx / d, -dy / d, 0]", "[-dx / d, dy / d, 0]")],
+        "the row of the bearing is right; that of the range",
+    ),
+    (
+        "team-paper",
+        [("S = H @ self.P @ H.T + np.diag(sigma**2)", "S = H @ self.P @ H.T + np.diag(3 * sigma**2)")],
+        "R, as it",
+    ),
+    ("team-ekf", [("self.inflate * self.noise.of_step(ui) ** 2", "self.noise.of_step(ui) ** 2")], "inflate"),
     (LAB1, [(P, "self.Pk_k = self.Pk_k - K @ S @ K.T - np.eye(2)")], "negative variances"),
 ]
 
