@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from .causes import first_to_mend, used
 from .compare import entire, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
@@ -40,6 +41,14 @@ class CheckError(LabError):
         self.name, self.summary, self.details = name, summary, list(details)
         self.mistake = mistake  # the known mistake that was recognised for sure, or ''
         super().__init__("\n".join([f"{name}: {passed or 'not passed.'}", *fold(summary), *self.details]))
+
+    def add(self, lines: Sequence[str]) -> None:
+        """Put lines behind the summary, before the numbers."""
+        if lines:
+            self.details = [*lines, *self.details]
+            head, *rest = str(self).split("\n")
+            summary = fold(self.summary)
+            self.args = ("\n".join([head, *summary, *lines, *rest[len(summary) :]]),)
 
     @property
     def lines(self) -> list[str]:
@@ -67,7 +76,25 @@ def success(name: str, passed: Sequence[Scenario]) -> str:
 
 def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
     """The scenarios that `subject` passed, and those whose advice it needs; raises CheckError."""
-    return decide(data, observe(data, subject))
+    try:
+        return decide(data, observe(data, subject))
+    except CheckError as error:
+        error.add(first_to_mend(_wrong_functions(data, subject)))
+        raise
+
+
+def _wrong_functions(data, subject):
+    """The names of functions that a filter uses and that do not pass their own checks of the same lab."""
+    wrong = []
+    for name, function in dict(used(subject)).items() if data["kind"] == "filter" else ():
+        for path in DATA.glob(f"{data['name'].split('-')[0]}-*.json"):
+            other = stored(path.stem)
+            if other["kind"] == "function" and other["subject"] == name:
+                try:
+                    judge(other, function)
+                except CheckError:
+                    wrong.append(name)
+    return wrong
 
 
 def observe(data: Data, subject: Any) -> dict[str, Trace]:

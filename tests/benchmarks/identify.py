@@ -18,7 +18,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from labkit import Robot, random_map, replay, simulate  # noqa: E402
+from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.checks import CheckError, decide, observe, stored  # noqa: E402
 from labkit.checks.compare import gap  # noqa: E402
 from labkit.checks.identify import findings, probed  # noqa: E402
@@ -244,7 +244,7 @@ def same_on_runs(check, right, subject, runs=200):
             steps=30,
         )
         try:
-            a, b = (replay(KF, log) for KF in (right, subject))
+            a, b = (replay(make_filter(KF, log), log) for KF in (right, subject))
         except Exception:
             return False
         for name in ("x", "P"):

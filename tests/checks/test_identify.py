@@ -84,3 +84,11 @@ def test_the_second_mistake_is_told_and_what_only_follows_is_not():
 def test_a_wrong_constructor_hides_nothing_of_what_comes_after():
     text = " ".join(str(failure(LAB1, [("np.array(P0, dtype=float)", "np.eye(2)"), ("+ self.Q", "- self.Q")])).split())
     assert "does not start with P0" in text and "`predict` subtracts Q" in text
+
+
+def test_a_filter_whose_function_is_wrong_sends_there_first():
+    error = failure(LAB3, [(ROWS, "[[-2 * dx / r, -2 * dy / r], [dy / r**2, -dx / r**2]]")])
+    assert error.details[0].startswith("First mend `jacobian`:")
+    text = " ".join(str(error).split())
+    assert text.index("acts as") < text.index("First mend") < text.index(" expected xk_k")
+    assert "First mend" not in str(failure(LAB3, [(X, X.replace("K", "1.1 * K"))]))
