@@ -1,6 +1,7 @@
 """The command line where nobody reads: a sentence and status 2, nothing of Python's own."""
 
 import os
+import shlex
 import subprocess
 import sys
 
@@ -11,9 +12,8 @@ from helpers.reference import ROOT
 
 @pytest.mark.parametrize("how", ["| true; exit ${PIPESTATUS[0]}", ">/dev/full", ">&-", ">&- 2>&-", "<&- >&-"])
 def test_nobody_reads_what_it_prints(tmp_path, how):
-    line = (
-        f"{sys.executable} -c 'import time; time.sleep(1); from labkit.cli import main; exit(main([\"data\"]))' {how}"
-    )
+    code = "import time; time.sleep(1); from labkit.cli import main; exit(main(['data']))"
+    line = f"{shlex.join([sys.executable, '-c', code])} {how}"
     env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and done.stderr.count("\n") == ("2>&-" not in how), done.stderr

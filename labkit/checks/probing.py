@@ -135,19 +135,8 @@ def _ends(trace, looked):
     return (before, after) if fits else None
 
 
-def packed(answer: Answer) -> dict[str, Any]:
-    """An Answer as JSON, with nine digits."""
-    parts = {name: getattr(answer, name) for name in ("x", "P", "moved", "after", "gain", "H")}
-    short = {name: _short(part) for name, part in parts.items() if part.size}
-    return {**short, "fields": {name: _short(part) for name, part in answer.fields.items()}}
-
-
-def _short(array):
-    return [float(f"{v:.9g}") for v in array] if array.ndim < 2 else [_short(row) for row in array]
-
-
 def unpacked(stored: Mapping[str, Any]) -> Answer:
-    """The Answer that was packed."""
+    """The Answer of what `labkit build` stores of one: its arrays, by their names."""
     arrays = {name: np.array(part, dtype=float) for name, part in stored.items() if name != "fields"}
     return Answer(**arrays, fields={name: np.array(part, dtype=float) for name, part in stored["fields"].items()})
 

@@ -1,5 +1,6 @@
 """A made-up class: notebooks filled in rightly, wrongly, half and with bad intent, and packed as an LMS does."""
 
+import io
 import json
 import zipfile
 from dataclasses import dataclass
@@ -130,6 +131,15 @@ def a_class(count=60, lab=LAB, hostile=True):
         )
         pupils.append(Pupil(name, 1000 + i, kind, notebooks))
     return pupils
+
+
+def zipped(files):
+    """The bytes of a zip of {name: bytes}."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as file:
+        for name, raw in files.items():
+            file.writestr(name, raw)
+    return content.getvalue()
 
 
 def moodle_zip(path, pupils):

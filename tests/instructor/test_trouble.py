@@ -1,6 +1,7 @@
 """A disk that is full or read-only, a folder in the way, nobody who reads: a sentence, status 2, and no mark lost."""
 
 import os
+import shlex
 import shutil
 import sqlite3
 import subprocess
@@ -18,7 +19,7 @@ ENV = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
 
 def shell(line, folder, **env):
     """(status, what it printed, errors) of a line for the shell, with `labkit` for the command."""
-    line = line.replace("labkit", f"{sys.executable} -m labkit", 1).replace(
+    line = line.replace("labkit", f"{shlex.quote(sys.executable)} -m labkit", 1).replace(
         "GRADE", f"grade class --lab {LAB} --out out"
     )
     done = subprocess.run(

@@ -5,7 +5,7 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 """
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from ...checks import DATA
 from ...checks.compare import ANY, gap, nearest, recognise
 from ...checks.identify import findings, probed
-from ...checks.probing import answers as answered, expanded, packed
+from ...checks.probing import Answer, answers as answered, expanded
 from ...checks.trace import run
 from .. import files
 from ..records import CommandError
@@ -61,7 +61,7 @@ def _probing(check, source):
     for probe in check.probing["probes"]:
         if "step" in probe:
             right[probe["id"]] = replace(right[probe["id"]], H=_jacobian(check, source, probe))
-    probing = {**check.probing, "right": {id: packed(answer) for id, answer in right.items()}, "known": {}}
+    probing = {**check.probing, "right": {id: _answer(answer) for id, answer in right.items()}, "known": {}}
     for form in (right.form for right in check.right):
         found = findings(probed(probing, _run(check, source, form, asked)))
         if found:
@@ -156,19 +156,26 @@ def _pack(trace):
     return [[[_short(v) for v in step] for step in trace.steps], trace.stop and trace.stop.key]
 
 
-def _short(value):
+def _answer(answer):
+    """A probe's Answer as JSON, with nine digits: differences are taken of them."""
+    parts = {f.name: getattr(answer, f.name) for f in fields(Answer) if f.name != "fields"}
+    stored = {name: _short(part, 9) for name, part in parts.items() if part.size}
+    return {**stored, "fields": {name: _short(part, 9) for name, part in answer.fields.items()}}
+
+
+def _short(value, digits=7):
     if isinstance(value, str):
         return value
     # What is zero but for rounding comes out differently on another processor.
     size = np.abs(value[np.isfinite(value)]).max(initial=0.0)
     value = np.where(np.abs(value) < max(1e-9 * size, 1e-12), 0.0, value)
-    return _digits(value.tolist())
+    return _digits(value.tolist(), digits)
 
 
-def _digits(value):
+def _digits(value, digits):
     if isinstance(value, list):
-        return [_digits(v) for v in value]
-    return None if np.isnan(value) else float(f"{value:.7g}")
+        return [_digits(v, digits) for v in value]
+    return None if np.isnan(value) else float(f"{value:.{digits}g}")
 
 
 def _shake(value, k):

@@ -1,6 +1,5 @@
 """No name that a student chose says whose a hand-in is: the LMS's own name does, or nobody is graded for it."""
 
-import io
 import json
 import zipfile
 from datetime import datetime
@@ -11,7 +10,7 @@ from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.records import Result
 from labkit.instructor.report.send_back import send_back
 
-from helpers.classroom import LAB, blank
+from helpers.classroom import LAB, blank, zipped
 
 BOOK = json.dumps(blank()).encode()
 NB = f"{LAB}.ipynb"
@@ -29,14 +28,6 @@ FORMS = {
 }
 BOB, ADA, EVE = ({"name": name, "low": name.lower(), "n": n} for name, n in (("Bob", 102), ("Ada", 101), ("Eve", 103)))
 TRICKS = [form.replace("/", "_").format(**BOB, file=NB) for form in FORMS.values()]
-
-
-def zipped(files):
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as file:
-        for name, raw in files.items():
-            file.writestr(name, raw)
-    return content.getvalue()
 
 
 def surveyed(tmp_path, files, form=""):

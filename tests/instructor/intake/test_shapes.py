@@ -11,19 +11,10 @@ from labkit.instructor.intake.choice import alike
 from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.records import CommandError, HandInError
 
-from helpers.classroom import LAB, blank
+from helpers.classroom import LAB, blank, zipped
 
 BOOK = json.dumps(blank()).encode()
 NB = f"{LAB}.ipynb"
-
-
-def zipped(files):
-    """The bytes of a zip of {name: bytes}."""
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as file:
-        for name, raw in files.items():
-            file.writestr(name, raw)
-    return content.getvalue()
 
 
 def handed_in(tmp_path, files):
