@@ -16,12 +16,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .causes import first_to_mend, used
+from .causes import first_to_mend
 from .compare import entire, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
 from .identify import told
-from .probing import ask, expanded
+from .probing import ask
 from .trace import Scenario, Trace, run
 
 Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
@@ -77,24 +77,15 @@ def success(name: str, passed: Sequence[Scenario]) -> str:
 def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
     """The scenarios that `subject` passed, and those whose advice it needs; raises CheckError."""
     try:
-        return decide(data, observe(data, subject))
+        traces = observe(data, subject)
+        if wrong(data, traces):
+            traces |= probe(data, subject)
+        return decide(data, traces)
     except CheckError as error:
-        error.add(first_to_mend(_wrong_functions(data, subject)))
+        if data["kind"] == "filter":
+            beside = [stored(path.stem) for path in DATA.glob(f"{data['name'].split('-')[0]}-*.json")]
+            error.add(first_to_mend(subject, beside, judge, CheckError))
         raise
-
-
-def _wrong_functions(data, subject):
-    """The names of functions that a filter uses and that do not pass their own checks of the same lab."""
-    wrong = []
-    for name, function in dict(used(subject)).items() if data["kind"] == "filter" else ():
-        for path in DATA.glob(f"{data['name'].split('-')[0]}-*.json"):
-            other = stored(path.stem)
-            if other["kind"] == "function" and other["subject"] == name:
-                try:
-                    judge(other, function)
-                except CheckError:
-                    wrong.append(name)
-    return wrong
 
 
 def observe(data: Data, subject: Any) -> dict[str, Trace]:
@@ -102,16 +93,26 @@ def observe(data: Data, subject: Any) -> dict[str, Trace]:
     name, problem = data["name"], unfit(data, subject)
     if problem:
         raise CheckError(name, problem)
+    return _in_time(name, lambda: steady_traces(data, subject))
+
+
+def probe(data: Data, subject: Any) -> dict[str, Trace]:
+    """{id: Trace} of what a filter is asked besides, so that it shows which line is wrong; as `observe`."""
+    probes = data.get("probing", {}).get("probes", [])
+    return _in_time(data["name"], lambda: ask(subject, data["kind"], probes))
+
+
+def _in_time(name, look):
     try:
-        traces = steady_traces(data, subject)
-        return traces | (ask(subject, data["kind"], data["probing"]["probes"]) if "probing" in data else {})
+        return look()
     except KeyboardInterrupt as error:
         raise CheckError(name, STOPPED, [f"  {own_line(error)}".rstrip()]) from None
 
 
-def probes_of(data: Data) -> list[Scenario]:
-    """What a filter is asked besides, so that it shows which of its lines is wrong."""
-    return expanded(data["probing"]["probes"]) if "probing" in data else []
+def wrong(data: Data, traces: Mapping[str, Trace]) -> list[Scenario]:
+    """The scenarios that a subject with these traces does not pass, but for those that only give advice."""
+    must = [s for s in data["scenarios"] if "advice" not in s]
+    return [s for s in must if nearest(traces[s["id"]], s["right"])[0] > 1]
 
 
 def decide(data: Data, traces: Mapping[str, Trace]) -> tuple[list[Scenario], list[Scenario]]:
@@ -119,8 +120,7 @@ def decide(data: Data, traces: Mapping[str, Trace]) -> tuple[list[Scenario], lis
     name = data["name"]
     right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
     must = [s for s in data["scenarios"] if "advice" not in s]
-    failed = [s for s in must if right[s["id"]][0] > 1]
-    if failed:
+    if failed := wrong(data, traces):
         passed = f"{len(must) - len(failed)} of {len(must)} checks passed."
         summary, lines, mistake = diagnosis(data, failed, traces, right)
         raise CheckError(name, summary, lines, passed, mistake)

@@ -1,7 +1,7 @@
 """Where a filter fails because of a function of the same lab: that is to be mended first."""
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 
@@ -21,11 +21,22 @@ def _names(code):
     return [*code.co_names, *inner]
 
 
-def first_to_mend(names: list[str]) -> list[str]:
-    """The line about functions that do not pass their own checks; [] if there are none."""
-    if not names:
+def first_to_mend(
+    subject: Any, checks: Sequence[Mapping], judge: Callable[[Any, Callable], object], refusal: type[Exception]
+) -> list[str]:
+    """The line about functions that a filter uses and that do not pass their own checks; [] if there are none.
+
+    checks: the data of the checks of the same lab;  judge: raises `refusal` for a function that does not pass one.
+    """
+    wrong: list[str] = []
+    for name, function in dict(used(subject)).items():
+        for data in checks:
+            if data["kind"] == "function" and data["subject"] == name and name not in wrong:
+                try:
+                    judge(data, function)
+                except refusal:
+                    wrong.append(name)
+    if not wrong:
         return []
-    told = " and ".join(f"`{name}`" for name in names)
-    return [
-        f"First mend {told}: what this check needs of {'it' if len(names) == 1 else 'them'} is not right yet either."
-    ]
+    told, them = " and ".join(f"`{name}`" for name in wrong), "it" if len(wrong) == 1 else "them"
+    return [f"First mend {told}: what this check needs of {them} is not right yet either."]

@@ -26,7 +26,7 @@ from ..records import CommandError
 from ..sandbox.channel import StudentCodeError
 from ..sandbox.proxy import Stand, Student
 from .runs import apart, replayed, same_run
-from .traces import answer_form, inputs, traces
+from .traces import answer_form, inputs, probes, traces
 from .variants import variant
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -190,10 +190,10 @@ class Exam:
         print(checks.success(name, passed))
 
     def _judge(self, data, subject):
-        answer = self._public(subject.student)[data["name"]]
-        if isinstance(answer, FilterError):
-            raise answer
-        return checks.decide(data, traces(data, answer))
+        seen = self._public(subject.student)[data["name"]]
+        if isinstance(seen, Exception):
+            raise seen
+        return checks.decide(data, seen)
 
     def _public(self, student: Student) -> dict[str, Any]:
         """What the student's objects do on the inputs of all the notebook's own checks.
@@ -203,19 +203,24 @@ class Exam:
         if student.public is None:
             if student.tainted:
                 student.renew()
-            told: dict[str, Any] = {}
+            found: dict[str, Any] = {}
             for check in self._definitions:
-                data = checks.stored(check.name)
                 try:
-                    told[check.name] = student.find(check.subject).observe(
-                        inputs(data), answer_form(data), secret=False
-                    )
-                except FilterError as error:
+                    found[check.name] = self._seen(checks.stored(check.name), student.find(check.subject))
+                except (FilterError, CheckError) as error:
                     if isinstance(error, StudentCodeError):
                         error.public = True
-                    told[check.name] = error
-            student.public = told
+                    found[check.name] = error
+            student.public = found
         return student.public
+
+    def _seen(self, data, subject):
+        """Traces of an object on a check's inputs, and of its probes if it is wrong."""
+        seen = traces(data, subject.observe(inputs(data), answer_form(data), secret=False))
+        if "probing" in data and checks.wrong(data, seen):
+            asked = probes(data)
+            seen |= traces(data, subject.observe(asked, answer_form(asked), secret=False))
+        return seen
 
     def _judge_drawn(self, data, subject):
         """Known mistakes failed in `_judge` already, whatever is drawn: this is for answers that know its numbers."""

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ...checks import CheckError, Data, probes_of
+from ...checks import CheckError, Data
+from ...checks.probing import expanded
 from ...checks.trace import Stop, Trace
 from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
 from ..sandbox.wire import FrameError
@@ -14,15 +15,19 @@ INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker m
 def inputs(data: Data) -> Data:
     """A check's data without what is right and what is known to be wrong."""
     scenarios = [{key: s[key] for key in INPUTS if key in s} for s in data["scenarios"]]
-    about = {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
-    return about | ({"probing": {"probes": data["probing"]["probes"]}} if "probing" in data else {})
+    return {"name": data["name"], "subject": data["subject"], "kind": data["kind"], "scenarios": scenarios}
+
+
+def probes(data: Data) -> Data:
+    """A check's data with its probes alone."""
+    return {**inputs({**data, "scenarios": []}), "probing": {"probes": data["probing"]["probes"]}}
 
 
 def answer_form(data: Data) -> Form:
-    """What a worker's answer to `observe` may be, on these inputs."""
+    """What a worker's answer to `observe` may be, on these inputs or probes."""
     told = fields(told=text(), lines=several(text(300), 0, 6), stopped=flag)
-    seen = {scenario["id"]: _trace(scenario) for scenario in [*data["scenarios"], *probes_of(data)]}
-    return either(told=told, traces=fields(traces=fields(**seen)))
+    asked = expanded(data["probing"]["probes"]) if not data["scenarios"] else data["scenarios"]
+    return either(told=told, traces=fields(traces=fields(**{scenario["id"]: _trace(scenario) for scenario in asked})))
 
 
 def _trace(scenario):

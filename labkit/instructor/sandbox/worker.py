@@ -108,9 +108,10 @@ class Worker:
         return {"kinds": kinds, "problems": problems, "stopped": stopped}
 
     def do_observe(self, name: str, data: checks.Data) -> dict[str, Any]:
-        """What `checks.observe` sees of the object: a list of traces, or why there are none."""
+        """What `checks.observe` sees of the object, or `probe` if there are probes: traces, or why there are none."""
         try:
-            traces = checks.observe(data, self.names[name])
+            look = checks.probe if "probing" in data else checks.observe
+            traces = look(data, self.names[name])
         except checks.CheckError as error:
             told = {"told": error.summary[:TEXT], "lines": [str(line)[:LINE] for line in error.details[:6]]}
             return {**told, "stopped": isinstance(error.__context__, TimeUpError)}

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from labkit.checks import CheckError, probes_of, stored
-from labkit.instructor.exam.traces import answer_form, inputs, traces
+from labkit.checks import CheckError, stored
+from labkit.checks.probing import expanded
+from labkit.instructor.exam.traces import answer_form, inputs, probes, traces
 from labkit.instructor.sandbox.wire import FrameError
 
 DATA = stored("cartesian-kf")
@@ -17,15 +18,23 @@ def answer():
     for s in DATA["scenarios"]:
         steps = [[np.array(value, dtype=float) for value in step] for step in s["right"][0][0]]
         found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
-    for s in probes_of(DATA):
-        steps = [[np.zeros(2), *[np.eye(2)] * 3] for _ in s["at"]]
-        found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
     return found
 
 
 def test_what_was_asked_for_gets_through():
-    assert traces(DATA, FORM({"traces": answer()})).keys() == {s["id"] for s in [*DATA["scenarios"], *probes_of(DATA)]}
-    assert "right" not in str(inputs(DATA)) and "mistakes" not in inputs(DATA)
+    assert traces(DATA, FORM({"traces": answer()})).keys() == {s["id"] for s in DATA["scenarios"]}
+    for sent in (inputs(DATA), probes(DATA)):
+        assert "right" not in str(sent) and "mistakes" not in sent and "known" not in str(sent)
+
+
+def test_probes_are_asked_for_apart():
+    asked = expanded(DATA["probing"]["probes"])
+    zeros = {s["id"]: [[np.zeros(2), *[np.eye(2)] * (len(s["look"]) - 1)] for _ in s["at"]] for s in asked}
+    found = {id: {"steps": steps, "stop": None, "printed": ""} for id, steps in zeros.items()}
+    form = answer_form(probes(DATA))
+    assert traces(DATA, form({"traces": found})).keys() == {s["id"] for s in asked}
+    with pytest.raises(FrameError):
+        form({"traces": answer()})
 
 
 STOP = [[1, "ValueError", [], "no"], "no", "line"]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from labkit.checks import CheckError, decide, probes_of, stored
+from labkit.checks import CheckError, decide, stored
 from labkit.checks.feedback import FilterError
 from labkit.instructor.exam.traces import answer_form, traces
 from labkit.instructor.sandbox import wire
@@ -34,9 +34,6 @@ def wrong_traces():
     found = {}
     for s in DATA["scenarios"]:
         steps = [[np.zeros(np.shape(value)) for value in step] for step in s["right"][0][0]]
-        found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
-    for s in probes_of(DATA):
-        steps = [[np.zeros((2,) * (1 + name.startswith("P"))) for name in s["look"]] for _ in s["at"]]
         found[s["id"]] = {"steps": steps, "stop": None, "printed": ""}
     return {"traces": found}
 
