@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
-from labkit.checks import CheckError, judge, observe, probe, stored  # noqa: E402
+from labkit.checks import CheckError, judge, observe, stored  # noqa: E402
 from labkit.checks.compare import gap  # noqa: E402
 from labkit.checks.identify import findings, probed  # noqa: E402
 from labkit.checks.probing import ask  # noqa: E402
