@@ -32,6 +32,10 @@ SLOW = {
     "test_honesty",
     "test_worker",
     "test_markdown",
+    "test_held",
+    "test_promises",
+    "test_alike",
+    "test_identity",
 }
 
 

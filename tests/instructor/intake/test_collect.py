@@ -581,6 +581,7 @@ def test_the_cap_holds_whatever_size_is_told(tmp_path):
             submissions.read(item)
 
 
+@pytest.mark.slow
 def test_a_class_of_1000_is_surveyed_at_once_and_read_one_by_one(tmp_path):
     large = book("#" * 100_000)
     files = [(f"Student {n}_{n}_assignsubmission_file_/{NB}", large) for n in range(1000)]

@@ -182,6 +182,7 @@ def test_a_check_that_could_not_be_run_is_never_a_number(book, tmp_path, capsys)
     assert "1 check could not be run" in overview and "mean 2 of 5" in overview
 
 
+@pytest.mark.slow
 def test_killed_at_any_file_the_next_run_takes_nothing_for_a_persons_mark(book, tmp_path, monkeypatch):
     files = sorted(["grades.csv", "summary.csv", "feedback-lab3.zip", "class-lab3.html", "to-mark-lab3.html"])
     write_all(book, PAPER, tmp_path, NOTHING)
