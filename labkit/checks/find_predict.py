@@ -63,7 +63,7 @@ def _noise(probed):
     own = [a.fields.get("Q", np.array(np.nan)) for a, _ in pairs.values()]
     if not off or all(close(came, Q) for (came, _), Q in zip(values.values(), own)):
         return []  # right, or it follows from self.Q, of which the constructor's finding tells
-    text = f"Where the start is certain, {probed.P} after `predict` is what the motion adds: it"
+    text = f"What `predict` adds to {probed.P}"
     return [
         Finding(
             "Q in predict", f"{text} {acts(off[1], off[2], _how(probed, values))}.", [c for c, _ in values.values()]

@@ -39,7 +39,7 @@ def _due(single, id):
     for k, part in enumerate(order):
         S[k * m : (k + 1) * m, k * m : (k + 1) * m] += part.R
     gain = P @ H.T @ np.linalg.pinv(S)
-    return replace(right, gain=single.scale * gain, after=P - gain @ S @ gain.T)
+    return replace(right, gain=single.scale * single.whole * gain, after=P - gain @ S @ gain.T)
 
 
 def _wrong(single, a, r, before):

@@ -1,5 +1,7 @@
 """Which part of a gain is wrong: H, R, S or the gain as a whole, as the answers to probes show them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from .findings import Finding, acts, close, number_text, trait
@@ -50,13 +52,24 @@ def _in_S(single, other_landmark):
         return [*found, *noise(single)]
     if close(parts["one scaled"].S, 3 * parts["one"].S):
         share = float(np.sum(grown * known) / np.sum(known**2))
-        rest = {id: part.S - share * part.H @ single.pairs[id][0].P @ part.H.T for id, part in parts.items()}
         if close(grown, share * known):
-            single.parts = {id: Part(part.H, rest[id], part.S) for id, part in parts.items()}
-            text = f"The part of S that comes from the estimate, H P H', {acts(grown, known, trait([grown], [known]))}."
-            return [*found, Finding("H P H'", text, [grown]), *noise(single)]
+            return [*found, *_share(single, parts, share, known)]
     single.parts = {}
     return None
+
+
+def _share(single, parts, share, known):
+    """H P H', of which `known` is right, stands in S so many times."""
+    rest = {id: part.S - share * part.H @ single.pairs[id][0].P @ part.H.T for id, part in parts.items()}
+    if all(close(R, share * single.right(id).R, 1e-2) for id, R in rest.items()):  # so does R
+        single.parts = {id: replace(single.right(id), S=part.S) for id, part in parts.items()}
+        single.whole = 1 / share
+        text = f"The gain acts as {1 / share:.3g} times what it should be (or S as {share:.3g} times)."
+        return [Finding("gain", text, [np.array(1 / share)])]
+    single.parts = {id: Part(part.H, rest[id], part.S) for id, part in parts.items()}
+    came = share * known
+    text = f"The part of S that comes from the estimate, H P H', {acts(came, known, trait([came], [known]))}."
+    return [Finding("H P H'", text, [came]), *noise(single)]
 
 
 def _other_way():

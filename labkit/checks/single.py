@@ -46,6 +46,7 @@ class Single:
         self.replaced = False  # whether the correction stands in the place of the estimate
         self.steps = {id for id in STEPS if id in probed.right}
         self.scale = 1.0  # of the correction, where that alone is larger than the gain
+        self.whole = 1.0  # of the gain, where that is larger than its parts
         self.parts: dict[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
 
     def right(self, id: str) -> Part:

@@ -99,7 +99,7 @@ def test_a_known_and_an_unknown_mistake():
     error = failure("cartesian-kf", [("self.dt * u", "u"), ("K @ innovation", "K @ innovation * 1.1")])
     assert error.summary.startswith("`predict` moves the estimate by u")
     error = failure("cartesian-kf", [("+ self.Q", "+ 3 * self.Q"), ("repeat_R(self.R, p)", "self.R")])
-    assert "what the motion adds: it acts as" in error.summary and "(3 times as much)" in error.summary
+    assert "`predict` adds to Pk_k acts as" in error.summary and "(3 times as much)" in error.summary
     assert "Also: R is not repeated" in str(error)
 
 
@@ -118,7 +118,7 @@ def test_unknown_mistakes_show_numbers_and_a_hint():
     assert "before xk_k = [0.4, -0.7]" in text and "R = [[0.16, 0.08], [0.08, 0.36]]" in text
     assert "call update([Landmark([2.95, -0.95], id=2)])" in text
     assert "expected xk_k = [0.1235, -0.6634]" in text and "came xk_k = [0.09583, -0.6597]" in text
-    assert "what the motion adds: it acts as [[0.06," in kf("+ self.Q", "+ 3 * self.Q")
+    assert "What `predict` adds to Pk_k acts as [[0.06," in kf("+ self.Q", "+ 3 * self.Q")
     assert "times the expected value" in str(failure("cartesian-repeat", [("np.eye(p), R", "np.eye(p), 7 * R")]))
     assert "transpose" in str(failure("range-bearing-kf", [("self.Pk_k - K @ S @ K.T", "np.triu(self.Pk_k)")]))
     assert "Only the spelling differs" in str(failure("mismatch-verdict", [('"overc', '"Overc')]))

@@ -19,7 +19,7 @@ UNLISTED = [
         [("self.dt * u", "1.5 * self.dt * u")],
         "moves xk_k by [0.225, -0.3375], right is [0.15, -0.225] (1.5 times",
     ),
-    (LAB1, [("+ self.Q", "+ 3 * self.Q")], "is what the motion adds: it acts as [[0.06, 0.0225]"),
+    (LAB1, [("+ self.Q", "+ 3 * self.Q")], "What `predict` adds to Pk_k acts as [[0.06, 0.0225]"),
     (LAB1, [("repeat_R(self.R, p)", "np.diag([0.16, 0.36] * p)")], "`self.R` has no effect: in its place stands"),
     (LAB1, [("repeat_R(self.R, p)", "repeat_R(2 * self.R, p)")], "R, as it stands in S, acts as [[0.32, 0.16]"),
     (LAB1, [(X, X.replace("K", "1.1 * K"))], "Pk_k comes out right, so H and R are; the correction is not what"),
@@ -76,7 +76,7 @@ def test_what_is_right_comes_first():
 
 def test_the_second_mistake_is_told_and_what_only_follows_is_not():
     error = failure(LAB1, [("+ self.Q", "+ 3 * self.Q"), (S1, S1.replace("self.R", "2 * self.R"))])
-    assert "the motion adds" in error.summary
+    assert error.summary.startswith("What `predict` adds to Pk_k acts as")
     assert sum(line.startswith("Also:") for line in error.details) == 1
     assert "Also: R, as it stands in S, acts as" in " ".join(error.details)
 
@@ -92,3 +92,12 @@ def test_a_filter_whose_function_is_wrong_sends_there_first():
     text = " ".join(str(error).split())
     assert text.index("acts as") < text.index("First mend") < text.index(" expected xk_k")
     assert "First mend" not in str(failure(LAB3, [(X, X.replace("K", "1.1 * K"))]))
+
+
+@pytest.mark.parametrize(
+    "old, new", [("K = np.linalg.solve", "K = 0.5 * np.linalg.solve"), (S1, f"{S1}\n        S = 2 * S")]
+)
+def test_a_scaled_gain_is_told_as_that_and_nothing_else(old, new):
+    error = failure(LAB1, [(old, new)])
+    assert "the gain acts as 0.5 times what it should be (or S as 2 times)" in error.summary
+    assert not any(line.startswith("Also:") for line in error.details)

@@ -20,6 +20,7 @@ class Entry(NamedTuple):
     answer: str
     reason: str
     mistake: str
+    more: Sequence[str]
     lines: Sequence[str]
 
 
@@ -31,6 +32,8 @@ class Picture(NamedTuple):
     reading: str
     source: str = ""
 
+
+SENTENCES = ("Also: ", "First mend ")  # how the sentences of a report begin that follow its first
 
 PICTURES = {
     "run": Picture(
@@ -105,8 +108,22 @@ def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
         answer if check.hand and not is_blank(answer) else "",
         final(mark.reason.removesuffix(UNSHUT).rstrip()),
         mark.mistake if new else "",
-        () if check.hidden else mark.lines,
+        *(((), ()) if check.hidden else _apart(mark.lines)),
     )
+
+
+def _apart(lines):
+    """(sentences, other lines) of a report: its sentences are folded for a terminal, and a page folds by itself."""
+    sentences, others, inside = [], [], False
+    for line in lines:
+        inside = line.startswith(SENTENCES) or inside and not line.startswith(" ")
+        if line.startswith(SENTENCES):
+            sentences.append(line)
+        elif inside:
+            sentences[-1] += f" {line}"
+        else:
+            others.append(line)
+    return sentences, others
 
 
 def _picture(result: Result, drawer: Drawer | None) -> Picture | None:

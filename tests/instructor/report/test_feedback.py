@@ -55,6 +55,21 @@ def test_a_student_sees_points_words_and_reasons():
     assert next(value for _, name, value in seen.attributes if name == "alt").startswith("What your code computed")
 
 
+def test_sentences_that_were_folded_for_a_terminal_are_whole_again():
+    lines = [
+        "  call      predict(1)",
+        "  came      2",
+        "Also: R, as it",
+        "stands in `S`, is off.",
+        "First mend `h`: it is",
+        "off.",
+    ]
+    result = Result("Ada", marks=[Mark("jacobian", 0, 2, records.FAILED, "Not yet right.", lines)])
+    page = feedback_page(result, CHECKS, TITLE)
+    assert "<p>Also: R, as it stands in <code>S</code>, is off.</p>" in page
+    assert "<p>First mend <code>h</code>: it is off.</p>" in page and page.count('class="line"') == 2
+
+
 def test_what_could_not_be_graded_says_what_to_do():
     result = Result("Ada", problem="The file is not a notebook.")
     seen = sound(feedback_page(result, CHECKS, TITLE))
