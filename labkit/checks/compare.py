@@ -58,7 +58,8 @@ def gap_of(came: Value, right: Value) -> float:
     if not known.any():
         return 0.0
     limit = TOLERANCE * np.abs(right[known]).max() + TINY
-    return float(np.abs(came - right)[known].max() / limit)
+    with np.errstate(over="ignore"):  # of what ran away, beside what is nearly 0
+        return float(np.abs(came - right)[known].max() / limit)
 
 
 def nearest(trace: Trace, accepted: Sequence) -> tuple[float, Any]:
