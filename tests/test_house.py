@@ -8,7 +8,7 @@ import tomllib
 
 import pytest
 
-from helpers.reference import ROOT
+from helpers.reference import ROOT, ci_only
 
 sys.path.insert(0, str(ROOT / "docs"))
 
@@ -80,8 +80,12 @@ def test_a_circle_of_imports_would_be_seen(tmp_path):
     assert house.back(arrows) == [("a", "b"), ("b", "a")]
 
 
+# mypy takes half a minute; it runs before each commit too.
+COMMANDS = [("ruff", "check"), ("ruff", "format", "--check"), pytest.param(("mypy",), marks=ci_only)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("command", [("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)], ids=" ".join)
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
 def test_ruff_and_mypy_find_nothing(command):
     done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -3,7 +3,7 @@
 import pytest
 
 from helpers.printed import printed, stored, units
-from helpers.reference import LABS, ROOT
+from helpers.reference import LABS, ROOT, ci_only
 
 pytestmark = pytest.mark.slow
 
@@ -15,6 +15,7 @@ def differences(lab, without):
     return {id: (text, now[id]) for id, text in then.items() if text != now[id]}
 
 
+@ci_only
 @pytest.mark.skipif(not units(), reason="numpy uses nothing of this processor that another could lack")
 @pytest.mark.parametrize("lab", LABS[::-1])  # the longest first
 def test_a_solution_prints_what_it_printed_also_on_a_processor_without_vector_units(lab):

@@ -72,9 +72,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "0.5",
+        "0.4",
         "--total",
-        "2",
+        "1.2",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
