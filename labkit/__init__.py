@@ -46,6 +46,7 @@ __getattr__, __dir__ = lazily(
     explore="widgets",
     play="widgets",
     progress="widgets",
+    reveal="guesses",
     load_answer="notebook.answers",
     metrics="metrics",
     mrclam="mrclam",

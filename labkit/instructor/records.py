@@ -66,7 +66,7 @@ class Result:
     level       sandbox level that its code ran at.
     id          the number of the submission in the gradebook.
     problem     why it could not be graded at all, or ''.
-    answers     {check id: the student's text} of the written questions.
+    answers     {check id: the student's text} of the written questions, and {'guess NAME': letter} of predictions.
     figure      {name: array} for the picture of the feedback page, or {}.
     """
 

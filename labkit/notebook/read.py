@@ -11,7 +11,7 @@ from typing import Any
 from ..checks.feedback import LabError
 
 MAX_BYTES = 50_000_000
-ROLES = ("setup", "answer", "check", "show", "text")
+ROLES = ("setup", "answer", "check", "guess", "show", "text")
 
 
 class NotebookError(LabError):

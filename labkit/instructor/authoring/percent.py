@@ -8,7 +8,7 @@ from nbformat import NotebookNode, from_dict
 from ...notebook.read import Cell, cells_of
 from ..records import CommandError
 
-ROLES = ("setup", "answer", "check")
+ROLES = ("setup", "answer", "check", "guess")
 KERNEL = {
     "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},

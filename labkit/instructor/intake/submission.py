@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from ...notebook.read import Cell, labels
 from ..authoring.spec import defined
 from ..records import HandInError
+from .guesses import guesses
 from .names import listed
 from .written import written
 
@@ -16,8 +17,8 @@ LONGEST = 200_000  # characters of one cell; an answer has a thousand
 @dataclass
 class Work:
     """cells: the code, for the worker, as dictionaries;  sources: {label: source} of them;  answers: {id: Markdown}
-    of the written questions;  notes: sentences on what is missing, too long or in no place;  files: {path: content}
-    that were handed in beside the notebook.
+    of the written questions, and letters of predictions;  notes: sentences on what is missing, too long or in no
+    place;  files: {path: content} that were handed in beside the notebook.
     """
 
     cells: list[dict] = field(default_factory=list)
@@ -40,7 +41,8 @@ def assemble(released: Sequence[Cell], cells: Sequence[Cell], files: Mapping[str
         is_code = cell.code or re.search(r"(?m)^(class|def) \w+", cell.source)  # a session looks at such a text cell
         if is_code and cell.source.strip():
             _add(work, cell, label_of[cell.number])
-    work.answers, notes = written(released, cells)
+    answers, notes = written(released, cells)
+    work.answers = answers | guesses(cells)
     text = "\n".join(cell["source"] for cell in work.cells)
     missing = [f"`{name}`" for name in defined(released) if not _makes(text, name)]
     if missing and not re.search(r"import \*|%run|\bexec\(|\bglobals\(", text):

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ...guesses import told
+from ..intake.guesses import PREFIX
 from ..records import NOT_RUN, UNSHUT, Check, Mark, Result
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
@@ -31,6 +33,15 @@ class Picture(NamedTuple):
     shows: str
     reading: str
     source: str = ""
+
+
+class Guess(NamedTuple):
+    """A prediction: what it was about, the letter that was chosen, the one that is right, and why each was tempting."""
+
+    name: str
+    chosen: str
+    right: str
+    why: Sequence[tuple[str, str]]
 
 
 SENTENCES = ("Also: ", "First mend ")  # how the sentences of a report begin that follow its first
@@ -64,6 +75,7 @@ def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: D
         notes=_notes(result),
         entries=_once([_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown]),
         picture=_picture(result, drawer),
+        guesses=_guesses(result),
     )
 
 
@@ -76,6 +88,15 @@ def _notes(result: Result) -> list[str]:
     late = result.late and not any("late" in str(note).lower() for note in result.notes)
     unshut = any(mark.reason.endswith(UNSHUT) for mark in result.marks)
     return [*["This was handed in late."] * late, *["It was marked without a sandbox."] * unshut, *result.notes]
+
+
+def _guesses(result: Result) -> list[Guess]:
+    made = {key.removeprefix(PREFIX): letter for key, letter in result.answers.items() if key.startswith(PREFIX)}
+    known = [(name, letter, told()[name]) for name, letter in made.items() if name in told()]
+    return [
+        Guess(name.replace("-", " "), letter, said["right"], [(k, why) for k, why in said.items() if k != "right"])
+        for name, letter, said in known
+    ]
 
 
 def _once(entries: Sequence[Entry]) -> list[Entry]:
