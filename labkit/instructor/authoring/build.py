@@ -22,7 +22,7 @@ from ...guesses import UNMADE
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
-from . import given, numbers, percent
+from . import given, glossary, numbers, percent
 
 ROOT = Path(__file__).resolve().parents[3]
 WIDGET = "application/vnd.jupyter.widget-view+json"
@@ -44,6 +44,7 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
         if check:
             problems += [f"labkit/checks/data/{name}.json is out of date" for name in numbers.stale(ROOT)]
             problems += ["labkit/notebook/given.json is out of date"] if given.stale(ROOT) else []
+            problems += [f"{glossary.PAGE} is out of date"] if glossary.stale(ROOT) else []
         else:
             numbers.write(ROOT)
         for script in scripts:
@@ -53,6 +54,7 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
                 write(script, run)
         if not check:
             given.write(ROOT)
+            glossary.write(ROOT)
     except CommandError as error:
         problems.append(str(error))
     for problem in problems:

@@ -13,6 +13,7 @@ from typing import TypeAlias
 from .. import files
 from ..records import CommandError
 from ..trouble import why
+from . import glossary
 from .leaks import leaks, released
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -28,6 +29,7 @@ FILES = (
     "pyproject.toml",
     "requirements.txt",
     "docs/students.md",
+    glossary.PAGE,
     "docs/pictures/lab1-explore.png",
     "labkit/jupyter/overrides.json",
 )
