@@ -81,6 +81,7 @@ def test_the_files_are_those_that_students_need(kit):
         "docs/students.md",
         "environment.yml",
         "lab.py",
+        "notebooks/glossary.md",
         "labkit/jupyter/overrides.json",
         "pyproject.toml",
         "requirements.txt",
