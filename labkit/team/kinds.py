@@ -1,4 +1,4 @@
-"""What lab 5's answers can be given: see `labkit.checks.kinds`."""
+"""What lab 6's answers can be given: see `labkit.checks.kinds`."""
 
 import numpy as np
 

@@ -76,7 +76,7 @@ def probing(sensor, R, map):
 
 
 def pose_probing(x0, P0, make, place, shown, look, u, ids):
-    """The probes of a filter with poses (labs 4 and 5), where neither dt nor Q nor R is told to the constructor.
+    """The probes of a filter with poses (labs 4 and 6), where neither dt nor Q nor R is told to the constructor.
 
     make: (x0, P0, factor) -> what the constructor gets, with that much of the sensor's noise;
     place: (x0, id) -> what should be measured;  shown: (id, z) -> an entry of what `update` gets, with its kind and the

@@ -1,4 +1,4 @@
-"""Lab 5: observers, a common frame and a formation."""
+"""Lab 6: observers, a common frame and a formation."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .probes import pose_probing, seen_from
 
-LAB = "05_observers"
+LAB = "06_observers"
 
 
 def case(id, title, look, name, *args):

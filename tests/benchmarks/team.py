@@ -1,4 +1,4 @@
-"""How well a team finds itself and holds its formation: the figures of lab 5, over many runs.
+"""How well a team finds itself and holds its formation: the figures of lab 6, over many runs.
 
 python tests/benchmarks/team.py [--runs 30]
 """

@@ -1,4 +1,4 @@
-"""Lab 5's answers, and filters made with them, for tests and benchmarks."""
+"""Lab 6's answers, and filters made with them, for tests and benchmarks."""
 
 from functools import cache
 from pathlib import Path
@@ -13,8 +13,8 @@ from labkit.team import TeamNoise, dead_reckoned, initial_pose
 
 @cache
 def answer(name):
-    """What lab 5's solution defines under this name."""
-    return load_answer("05_observers", name, Path(__file__).resolve().parents[2] / "solutions")
+    """What lab 6's solution defines under this name."""
+    return load_answer("06_observers", name, Path(__file__).resolve().parents[2] / "solutions")
 
 
 TOLD = TeamNoise()

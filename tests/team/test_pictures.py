@@ -31,7 +31,7 @@ from helpers.team_answers import answer, started
 
 # One filter of figure 6 deserves its warning.
 pytestmark = pytest.mark.filterwarnings("error", "ignore:up to step .* of 800:labkit.team.FrameWarning")
-LAB = "05_observers"
+LAB = "06_observers"
 
 
 def short(rng=1, noise=None, **_):

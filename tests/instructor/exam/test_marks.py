@@ -134,7 +134,7 @@ def test_a_lab_is_whole_in_its_hidden_checks(lab):
         assert all(word in titles for word in ("whole runs", "near the bounds", "random maps", "never, always"))
     else:
         words = ("another map", "other noise", "single landmark", "nothing in view", "many landmarks", "NEES")
-        if lab.startswith("05"):
+        if lab.startswith("06"):
             words = (
                 "other angles",
                 "all sides",
@@ -174,7 +174,7 @@ def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
 
 
 def test_a_stand_in_of_a_teams_filter_is_as_good_as_the_students_own(box):
-    lab, log = "05_observers", scenarios.cross(rng=1)
+    lab, log = "06_observers", scenarios.cross(rng=1)
     sheet = paper.read(lab)
     exam = Exam(lab)
     student = proxy.Student(

@@ -1,5 +1,5 @@
 # %% [markdown]
-# # Lab 5 · Observers: a common frame without a map
+# # Lab 6 · Observers: a common frame without a map
 #
 # *About two and a half hours; a good place for a break is after section 6. The open exercises of sections 9, 10 and 12 take as long again, if you like. Needs nothing from your earlier notebooks.*
 #
@@ -1176,7 +1176,7 @@ for name, value in values.items():
 from labkit.instructor.exam.exam import Exam
 from labkit.team import Route, Team
 
-exam = Exam("05_observers")
+exam = Exam("06_observers")
 check = exam.check
 
 
@@ -1318,7 +1318,7 @@ print("passed")
 # - Lost messages do little harm, late ones much: live a little in the past.
 # - A formation lives in the common frame; that is enough.
 #
-# Save, and run `labkit check notebooks/05_observers.ipynb` in a terminal before you hand it in.
+# Save, and run `labkit check notebooks/06_observers.ipynb` in a terminal before you hand it in.
 #
 # ## Errata and references
 # - Slips of the paper, put right here: eq. (5) needs atan2; the two circles of section 1.1 do not always meet; the prediction (3) leaves out that observers move, and that a step is known in the robot's own frame only, so that its heading belongs into the state.
