@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 2 · What if the noise is not what you told the filter?
 #
-# *About 75 minutes. You need your `KF` from lab 1, filled in and saved.*
+# *About 90 minutes. From lab 1 it uses your `KF`, filled in and saved, and the innovation $\nu$ with its covariance $S$.*
 #
 # A filter is told how noisy the motion is (`Q`) and how noisy the sensor is (`R`). In a simulation these are known. On a real robot somebody
 # guesses, and guesses wrong. In this lab you lie to your filter on purpose, watch what happens, and learn two numbers that expose a filter which
@@ -12,7 +12,10 @@
 # - say what `Q` and `R` each do, and why mostly their ratio matters;
 # - explain what a filter does when it sees nothing.
 #
-# **You will write** `nees`, `verdict` and `longest_dark`, each a few lines, and answer questions Q2 to Q5.
+# **You will write** `nees`, `nis`, `verdict` and `longest_dark`, each a few lines, and answer questions Q2 to Q5.
+#
+# **Before some cells you make a prediction:** write the letter of your choice into `guess = "?"`, then run the cell. It says why each choice was
+# tempting. Nobody marks it; but what you predicted and got wrong is what you will remember.
 
 # %% [markdown]
 # ## Symbols
@@ -22,9 +25,11 @@
 # | $x$ | `truth` | (2,) | m | true position |
 # | $\hat x$, $P$ | `x`, `P` | (2,), (2, 2) | m, m² | what the filter believes |
 # | $e$ | `truth - x` | (2,) | m | error |
-# | $\epsilon$ | NEES | number | – | normalized estimation error squared, $e^\top P^{-1} e$ |
-# | $\nu$, $S$ | – | (2p,), (2p, 2p) | m, m² | innovation and its covariance, from lab 1 |
-# | – | NIS | number | – | normalized innovation squared, $\nu^\top S^{-1} \nu$ |
+# | $\epsilon$ | `nees(...)` | number | – | NEES, the normalized estimation error squared, $e^\top P^{-1} e$ |
+# | $p$ | `len(y)` | number | – | how many landmarks are in view |
+# | $\nu$, $S$ | `nu`, `S` | (2p,), (2p, 2p) | m, m² | innovation and its covariance, from lab 1 |
+# | – | `nis(...)` | number | – | NIS, the normalized innovation squared, $\nu^\top S^{-1} \nu$ |
+# | $Q$, $R$ | `Q`, `R` | (2, 2) | m²/s, m² s | noise of the motion and of the sensor, per second, as robots and filters are told it |
 # | $\chi^2_n$ | `chi2_bounds(n)` | two numbers | – | chi-square distribution with $n$ degrees of freedom |
 
 # %% id="setup" tags=["setup"]
@@ -32,7 +37,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from labkit import Robot, check, explore, load_answer, make_filter, metrics, progress
-from labkit import random_map, replay, simulate
+from labkit import random_map, replay, reveal, simulate
 from labkit.metrics import chi2_bounds
 from labkit.plots import ConsistencyPanel, plot_mean_nees, plot_run, show_run
 
@@ -46,9 +51,13 @@ KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved
 #
 # $$ \epsilon = e^\top P^{-1} e . $$
 #
-# This is the **NEES**. If the filter is honest, $\epsilon$ follows a chi-square distribution with 2 degrees of freedom, one for each number
-# in $e$: its mean is 2, and it lies between 0.05 and 7.4 in 95 % of the steps. Much larger: *overconfident*, the filter errs more than it admits.
-# Much smaller: *underconfident*, it knows more than it says.
+# This is the **NEES**. For a single number it would be $(e/\sigma)^2$: two σ off gives 4. So "the truth is inside the 3σ ellipse", which you counted in
+# lab 1, is nothing else than $\epsilon < 9$.
+#
+# How large may it be by chance? Take $n$ random numbers with mean 0 and variance 1, bell-shaped (Gaussian), square them and add them up: the
+# sum follows the **chi-square distribution with $n$ degrees of freedom**, written $\chi^2_n$. Its mean is $n$. If the filter is honest, $e$ measured in its σ is
+# two such numbers, so $\epsilon$ follows $\chi^2_2$: its mean is 2, and it lies between 0.05 and 7.4 in 95 % of the steps. Much larger: *overconfident*, the
+# filter errs more than it admits. Much smaller: *underconfident*, it knows more than it says.
 #
 # ### Exercise 1 · `nees(truth, x, P)`
 # Return the NEES of one step, a number. *Example:* an error of `(1, 0)` with `P = 0.25 I` (σ = 0.5 m) is two σ, so the NEES is 4.
@@ -92,12 +101,18 @@ print(f"{100 * outside:.0f} % of the steps outside {low:.2f} ... {high:.2f}; exp
 # `make_filter(KF, log, R=0.01 * R)` makes your filter with another `R` than the robot's. The recorded run stays the same, noise and all.
 # The filter now thinks that a landmark is seen with σ = 0.04 m, where it is 0.4 m.
 #
-# **Before you run it:** will the ellipses be larger or smaller? Will the estimate be smoother or rougher? Where will the truth be?
+# **Before you run it:** what does such a filter do?
+# - (a) It gets better: its ellipses are smaller and its estimate is smoother.
+# - (b) Its ellipses are smaller, its estimate is rougher, and the truth is mostly outside.
+# - (c) Its ellipses are smaller and its estimate is rougher, but the truth stays inside, since the sensor is what it was.
+# - (d) Nothing visible: the recorded measurements are the same.
 
-# %%
+# %% id="guess-small-r" tags=["guess"]
+guess = "b"
 history = replay(make_filter(KF, log, R=0.01 * R), log)
 show_run(log, history)
 print(metrics.summary(history, log))
+reveal("small-r", guess)
 
 # %% [markdown]
 # ### Question Q2
@@ -124,14 +139,19 @@ print(metrics.summary(history, log))
 #
 # Now the other way round: `R=100 * R`, that is σ = 4 m for a landmark.
 #
-# **Before you run it:** how long will it take to forget the wrong start at (0, 0)? Will the truth be inside the ellipse?
+# **Before you run it:** the filter starts at (0, 0), the robot at (2, −2). What will you see?
+# - (a) The wrong start is forgotten at the first landmark, as in lab 1.
+# - (b) The wrong start is forgotten slowly, and meanwhile the truth is outside the ellipse.
+# - (c) The wrong start is forgotten slowly, and the truth is inside the ellipse all the time.
 
-# %%
+# %% id="guess-large-r" tags=["guess"]
+guess = "c"
 history = replay(make_filter(KF, log, R=100 * R), log)
 show_run(log, history)
 print(metrics.summary(history, log))
 half = metrics.semi_axis(history)[[0, 1, 10, 40]].round(2)
 print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m")
+reveal("large-r", guess)
 
 # %% [markdown]
 # ### Question Q3
@@ -160,12 +180,58 @@ print("longer half axis of the 3σ ellipse after 0, 1, 10, 40 steps:", half, "m"
 #
 # $$ \text{NIS} = \nu^\top S^{-1} \nu $$
 #
-# follows a chi-square distribution with $2p$ degrees of freedom, two for each landmark in view. The picture divides it by $2p$, so that 1 is right
-# whatever the number of landmarks; the dashed bounds move because $p$ does.
+# follows $\chi^2_{2p}$: two numbers for each of the $p$ landmarks in view.
 #
-# **Before you run it:** which of the three filters will be above its bounds, and which below?
+# ### Exercise 2 · `nis(x, P, R, y, m)`
+# Return the NIS of one step, a number. `x` and `P` are what `predict` has left, `R` (2, 2) belongs to one landmark, `y` is the list of landmarks in view, `m` the
+# map. The first lines are those of your `update` in lab 1, up to $S$. With nothing in view there is no NIS: return `np.nan`.
+#
+# *Example:* one landmark, `P` and `R` both `0.5 I`: $S$ is the unit matrix, and an innovation of (1, 2) gives 5.
+#
+# <details><summary>Hint</summary>
+#
+# $\nu$ is what was seen less what is expected; `m[m.index(lm)] - x` is where a landmark is expected. $H$ is a $-I$ for each landmark, one above the other.
+# </details>
+
+
+# %% id="answer-nis" tags=["answer"]
+def nis(x, P, R, y, m):
+    """NIS of one step, from x (2,) and P (2, 2) before the update; NaN with nothing in view."""
+    ### BEGIN SOLUTION
+    if not y:
+        return np.nan
+    p = len(y)
+    nu = np.concatenate([lm.p - (m[m.index(lm)] - x) for lm in y])
+    H = np.tile(-np.eye(2), (p, 1))
+    S = H @ P @ H.T + np.kron(np.eye(p), R)
+    return nu @ np.linalg.solve(S, nu)
+    ### END SOLUTION
+
+
+# %% id="check-nis" tags=["check"] points=2 title="nis"
+check("mismatch-nis", nis)
+
+# %% [markdown]
+# Over a whole run the kit does it for you: `metrics.nis`. It finds the same numbers from what the filter believed before and after each update, without its
+# $S$. Here both are side by side, for your filter that was told the truth.
 
 # %%
+honest = replay(make_filter(KF, log), log)
+before = zip(honest.x_prior, honest.P_prior, log.measurements())
+mine = [nis(x, P, honest.R, y, log.map) for x, P, y in before]
+print("yours:", np.round(mine[:5], 2))
+print("kit's:", metrics.nis(honest, log)[0][:5].round(2))
+
+# %% [markdown]
+# Now all three filters. The picture divides the NIS by $2p$, so that 1 is right whatever the number of landmarks; the bounds move because $p$ does.
+#
+# **Before you run it:** which is right?
+# - (a) Told 0.01 R: above the bounds. Told 100 R: below.
+# - (b) Told 0.01 R: below the bounds. Told 100 R: above.
+# - (c) All three near 1: the measurements are the same, so the innovations are.
+
+# %% id="guess-nis" tags=["guess"]
+guess = "a"
 factors = [0.01, 1, 100]
 histories = [replay(make_filter(KF, log, R=factor * R), log) for factor in factors]
 fig, axes = plt.subplots(1, 3, figsize=(11, 4.0), layout="constrained", sharey=True)
@@ -174,15 +240,21 @@ for ax, factor, history in zip(axes, factors, histories):
     ax.set_title(f"told {factor:g} × R: mean {metrics.mean_nis(history, log):.2f}")
     ax.label_outer()
 plt.show()
+reveal("three-nis", guess)
 
 # %% [markdown]
 # ## 5. Q against R
 #
-# Now lie about the motion instead. One table, one run, five filters.
+# Now lie about the motion instead. One table, one run, five filters. Below it are sliders for everything in between; watch their third panel: it is the
+# NIS, the one you would also have on a real robot.
 #
-# **Before you run it:** which two rows will look alike in some column?
+# **Before you run it:** which other row has the same error (RMSE) as `0.01 R`?
+# - (a) `100 R`: both are wrong by a factor of a hundred.
+# - (b) `0.01 Q`: both make the filter too sure.
+# - (c) `100 Q`: in both, Q is a hundred times too large beside R.
 
-# %%
+# %% id="guess-alike" tags=["guess"]
+guess = "c"
 late = slice(40, None)  # after the first 10 s, when the wrong start is forgotten
 print("told       RMSE after 10 s [m]  inside 3σ  NEES  NIS per number  half axis, 20 s [m]")
 lies = [("0.01 R", 1, 0.01), ("100 R", 1, 100), ("0.01 Q", 0.01, 1), ("100 Q", 100, 1)]
@@ -194,9 +266,7 @@ for name, q, r in [("the truth", 1, 1), *lies]:
     mean_nis, half = metrics.mean_nis(history, log), metrics.semi_axis(history)[80]
     print(f"{name:10s}{rmse:15.3f}{inside:14.0f} %{mean_nees:8.1f}", end="")
     print(f"{mean_nis:12.2f}{half:20.2f}")
-
-# %% [markdown]
-# Try everything in between with the sliders. Watch the third panel: it is the NIS, the one you would also have on a real robot.
+reveal("alike", guess)
 
 # %%
 explore(KF, kind="nis")
@@ -215,24 +285,35 @@ explore(KF, kind="nis")
 # The *covariance* is another matter. It scales with both. `0.01 R` is wildly overconfident, while `100 Q` is nearly harmless: its estimate is as
 # rough, but its ellipse, limited by the true $R$, is honest about that. On the other side `100 R` is only underconfident, while `0.01 Q` is the
 # dangerous one: it believes its motion model, ignores the landmarks, drifts away from the truth and is sure of itself (NEES about 70).
-# So neither is "more important". Too small is worse than too large, for both; and here a wrong $R$ shows at once in the NIS, since there are
-# several landmarks in view at each step, while a wrong $Q$ shows in it only weakly.
+# So neither is "more important". For *honesty* too small is worse than too large, for both. For *accuracy* it is the other way round for $R$: `100 R` errs
+# more than `0.01 R`. And here a wrong $R$ shows at once in the NIS, since there are several landmarks in view at each step, while a wrong $Q$ shows in it
+# only weakly.
 # ### END SOLUTION
 
 # %% [markdown] id="rubric-q4" tags=["hidden"]
 # **Q4, 3 points.**
 # - 1 point: the estimate depends (after the start) on the ratio Q/R only; pairs of rows have the same RMSE.
 # - 1 point: the covariance scales with both, so the pairs differ in NEES and ellipse.
-# - 1 point: too small is worse than too large, with a number from the table.
+# - 1 point: for honesty too small is worse than too large (NEES), for accuracy too large an R is worse than too small (RMSE); with a number from the table.
 
 # %% [markdown]
 # ## 6. One run proves little
 #
-# The NEES of one run jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
-# close to 2 at each step, and the bounds come close to each other: the sum of $n$ chi-square numbers with 2 degrees of freedom is chi-square with
-# $2n$. `chi2_bounds(dof=2, runs=n)` gives the two bounds of the *mean*. This is a **Monte Carlo** test, of your own filter.
+# A lie by a factor of a hundred is easily seen. Now a small one: half of the true `R`.
+
+# %%
+history = replay(make_filter(KF, log, R=0.5 * R), log)
+show_run(log, history)
+print(metrics.summary(history, log))
+
+# %% [markdown]
+# Would you have noticed? The truth is hardly ever outside. Yet this filter is overconfident, and it takes more than one run to show it.
 #
-# ### Exercise 2 · `verdict(mean_nees, runs)`
+# The NEES of one run jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
+# close to 2 at each step, and the bounds come close to each other: the sum of $k$ numbers that follow $\chi^2_2$ follows $\chi^2_{2k}$.
+# `chi2_bounds(dof=2, runs=k)` gives the two bounds of the *mean*. This is a **Monte Carlo** test, of your own filter.
+#
+# ### Exercise 3 · `verdict(mean_nees, runs)`
 # Return `"overconfident"`, `"consistent"` or `"underconfident"`, from the mean NEES of `runs` runs, with the 95 % bounds.
 # *Example:* a mean of 2.4 is consistent for 10 runs and overconfident for 500.
 #
@@ -259,23 +340,23 @@ def verdict(mean_nees, runs):
 check("mismatch-verdict", verdict)
 
 
+# %% [markdown]
+# Sixty runs with other maps and other noise, each seen by three filters: told half of `R`, `R` itself, and twice `R`. In the pictures each step has its own
+# mean and its own verdict; the title is the verdict that most of the 161 steps get.
+
 # %%
-def run(seed):
-    return simulate(Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed))
+logs = []
+for seed in range(60):
+    robot, world = Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed)
+    logs.append(simulate(robot, world))
 
-
-logs = [run(seed) for seed in range(60)]
-
-
-def all_nees(factor):
-    """NEES (runs, N+1) of your filter over all runs, told this factor of R."""
-    values = []
+told = {0.5: [], 1: [], 2: []}  # NEES (runs, N+1) of your filter, told this factor of R
+for factor, values in told.items():
     for one in progress(logs, f"runs told {factor:g} R"):
-        values.append(metrics.nees(replay(make_filter(KF, one, R=factor * R), one), one))
-    return values
+        history = replay(make_filter(KF, one, R=factor * R), one)
+        values.append(metrics.nees(history, one))
 
-
-told = {factor: all_nees(factor) for factor in [0.5, 1, 2]}
+# %%
 fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
 for ax, (factor, values) in zip(axes, told.items()):
     plot_mean_nees(ax, log.times, values)
@@ -285,14 +366,13 @@ for ax, (factor, values) in zip(axes, told.items()):
 plt.show()
 
 # %% [markdown]
-# Told half the true `R`, a single run looks fine to the eye. Sixty runs convict it.
-
-# %% [markdown]
+# Told half the true `R`, a single run looks fine to the eye. Sixty runs convict it at nearly every step.
+#
 # ## 7. Nothing in view
 #
 # Back to the true `Q` and `R`, but with five landmarks in the map. Somewhere along the square there is nothing to see.
 #
-# ### Exercise 3 · `longest_dark(count)`
+# ### Exercise 4 · `longest_dark(count)`
 # `log.count` says for each step how many landmarks were in view. Return the length of the longest row of steps with none.
 # *Example:* for `[1, 0, 0, 2, 0]` it is 2.
 #
@@ -318,23 +398,27 @@ def longest_dark(count):
 check("mismatch-dark", longest_dark)
 
 # %% [markdown]
-# **Before you run it:** what does the ellipse do while the robot sees nothing, and what at the moment it sees something again?
+# **Before you run it:** what does the ellipse do while the robot sees nothing?
+# - (a) It grows, and shrinks at once when a landmark is seen again.
+# - (b) It stays as it was: there is nothing new to learn.
+# - (c) It grows, and takes about as many steps to shrink again as it was in the dark.
 
-# %%
+# %% id="guess-dark" tags=["guess"]
+guess = "a"
 few = simulate(Robot((2, -2), Q, R, rng=3), random_map(5, rng=3))
 history = replay(make_filter(KF, few), few)
-dark = few.count == 0
+dark = few.count == 0  # grey in the picture
 fig, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained")
 plot_run(axes, few, history)
 for ax in axes[1:]:
     low, high = ax.get_ylim()
     ax.fill_between(few.times[1:], low, high, where=dark, step="pre", color="0.85", zorder=0)
 plt.show()
-print(f"{dark.sum()} of {len(few)} steps with nothing in view (grey),", end=" ")
+print(f"{dark.sum()} of {len(few)} steps with nothing in view,", end=" ")
 print(f"{longest_dark(few.count)} of them in a row")
 values = metrics.nees(history, few)[1:]
 print(f"mean NEES in the dark {values[dark].mean():.1f}, in sight {values[~dark].mean():.1f}")
-print(metrics.summary(history, few))
+reveal("in-the-dark", guess)
 
 # %% [markdown]
 # ### Question Q5
@@ -410,6 +494,29 @@ exam.same(
 )
 print("passed")
 
+# %% id="grade-nis-run" tags=["hidden"] points=2 title="nis: other maps, with and without landmarks"
+rng = exam.rng()
+steps = []
+for n in (1, 4, 25):
+    run = simulate(Robot(rng.uniform(-2, 2, 2), Q, R, rng=rng), random_map(n, rng=rng), 40)
+    told = replay(make_filter(LabKF, run, R=rng.uniform(0.3, 3) * R), run)
+    steps += [
+        (x, P, told.R, y, run.map)
+        for x, P, y in zip(told.x_prior, told.P_prior, run.measurements())
+    ]
+exam.same(nis, steps, "the steps of a run")
+print("passed")
+
+# %% id="grade-nis-correlated" tags=["hidden"] points=1 title="nis: noise that differs by direction"
+rng = exam.rng()
+run = simulate(Robot((0, 0), Q, R, rng=rng), random_map(25, rng=rng), 20)
+steps = []
+for y in run.measurements():
+    A, B = rng.normal(size=(2, 2, 2))
+    steps.append((rng.normal(size=2), A @ A.T, B @ B.T, y, run.map))
+exam.same(nis, steps, "the steps of a run")
+print("passed")
+
 # %% id="grade-verdict-bounds" tags=["hidden"] points=2 title="verdict: near the bounds"
 rng = exam.rng()
 bounds = [(n, b) for n in rng.integers(2, 400, 12).tolist() for b in chi2_bounds(2, 0.95, n)]
@@ -451,7 +558,8 @@ print("passed")
 # - NEES (needs the truth) and NIS (does not) measure the error in the filter's own σ; chi-square bounds say what is still chance. NIS needs no truth, but it
 #   relies on noise that is new at each step; the real robot of lab 3 will show what happens otherwise.
 # - `Q/R` decides how the estimate moves; their size decides how sure the filter is.
-# - Too small a covariance is worse than too large a one. When in doubt, admit more noise.
+# - Told too little noise, a filter is dishonest; told too much noise of the sensor, it is slow and errs more, but says so. Which is worse depends on
+#   who relies on it: for a decision that must be safe, admit more noise.
 # - Without landmarks, the ellipse grows, and that is right.
 #
 # **Next:** in [lab 3](03_range_bearing_ekf.ipynb) the robot measures distances and angles, as real sensors do; at the end your filter runs on a real robot.

@@ -26,7 +26,7 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     from .rehearse import Rehearsal, checks_of, given, subjects
     from .session import Session
 
-    path = Path(folder or ".") / f"{lab}.ipynb"
+    path = Path(folder or ".").absolute() / f"{lab}.ipynb"
     first = f"Fill in `{name}` in {_lab(lab)} first"
     again = "save it (Ctrl+S), and run this cell again"
     if not path.exists():

@@ -71,6 +71,80 @@ NEES_MISTAKES = [
 ]
 
 
+NIS_MAP = {"map": [[3, 2.0, 1.0], [0, -1.0, 2.5], [1, 0.5, -2.0]]}
+NIS_ARGS = [[0.3, -0.4], [[0.5, 0.2], [0.2, 0.3]], [[0.09, 0.02], [0.02, 0.25]]]
+
+
+def nis_case(id, title, *seen, R=NIS_ARGS[2]):
+    call = ["nis", *NIS_ARGS[:2], R, {"landmarks": list(seen)}, NIS_MAP]
+    return {"id": id, "title": title, "look": [""], "calls": [call]}
+
+
+NIS = [
+    nis_case("one", "one landmark in view", [3, 2.1, 0.9]),
+    nis_case("two", "two landmarks in view", [1, 0.6, -1.2], [3, 1.2, 1.9]),
+    nis_case("all", "three landmarks in view", [0, -1.9, 2.6], [1, 0.1, -2.4], [3, 2.3, 1.1]),
+    nis_case("plain", "a sensor that is as good in all directions", [0, -0.9, 3.3], R=[[0.16, 0.0], [0.0, 0.16]]),
+    nis_case("none", "nothing in view"),
+]
+NU = "nu = np.concatenate([lm.p - (m[m.index(lm)] - x) for lm in y])"
+S = "S = H @ P @ H.T + np.kron(np.eye(p), R)"
+NIS_SOLVE = "nu @ np.linalg.solve(S, nu)"
+
+NIS_MISTAKES = [
+    Mistake(
+        "r-missing",
+        "S is H P H' alone: the noise of the measurements, R for each landmark, is missing in it.",
+        [(S, "S = H @ P @ H.T + 1e-9 * np.eye(2 * p)")],
+    ),
+    Mistake(
+        "p-missing",
+        "S is the measurements' noise alone: H P H', what the filter is unsure of, is missing in it.",
+        [(S, "S = np.kron(np.eye(p), R)")],
+    ),
+    Mistake(
+        "s-not-inverted",
+        "S is not inverted: nu' S^-1 nu measures the innovation in units of what is expected.",
+        [(NIS_SOLVE, "nu @ S @ nu")],
+    ),
+    Mistake(
+        "root", "The square root is too much: the NIS is the squared value.", [(NIS_SOLVE, f"np.sqrt({NIS_SOLVE})")]
+    ),
+    Mistake(
+        "per-number",
+        "The result is divided by the count of numbers: the NIS is the whole sum. The picture divides it later.",
+        [(NIS_SOLVE, f"{NIS_SOLVE} / (2 * p)")],
+        [(NIS_SOLVE, f"{NIS_SOLVE} / 2")],
+    ),
+    Mistake(
+        "diagonal-only",
+        "Only the variances in S are used: what its numbers have in common counts too.",
+        [(NIS_SOLVE, "np.sum(nu**2 / np.diag(S))")],
+    ),
+    Mistake(
+        "seen-only",
+        "The innovation is what was seen less what is expected: the expected part is missing.",
+        [(NU, "nu = np.concatenate([lm.p for lm in y])")],
+    ),
+    Mistake(
+        "x-missing",
+        "A landmark is expected at its place on the map less x: x is missing.",
+        [(NU, "nu = np.concatenate([lm.p - m[m.index(lm)] for lm in y])")],
+    ),
+    Mistake(
+        "x-added",
+        "A landmark is expected at its place on the map less x: here x is added.",
+        [(NU, NU.replace("- x)", "+ x)"))],
+    ),
+    Mistake(
+        "j-th",
+        "The j-th landmark in view is not the j-th of the map: look it up with m.index(lm).",
+        [(NU, "nu = np.concatenate([lm.p - (m[j] - x) for j, lm in enumerate(y)])")],
+    ),
+    Mistake("zero", "With nothing in view there is no NIS: return np.nan, not 0.", [("return np.nan", "return 0.0")]),
+]
+
+
 def verdict_case(id, title, *pairs):
     return {"id": id, "title": title, "look": [""], "calls": [["verdict", mean, runs] for mean, runs in pairs]}
 
@@ -231,6 +305,21 @@ CHECKS = [
             Right("float32", [(SOLVE, f"np.float32({SOLVE})")]),
         ],
         NEES_MISTAKES,
+    ),
+    Check(
+        "mismatch-nis",
+        LAB,
+        "nis",
+        "function",
+        NIS,
+        [
+            Right("inverse", [(NIS_SOLVE, "nu.T @ np.linalg.inv(S) @ nu")]),
+            Right("other sign", [("-np.eye(2), (p, 1)", "np.eye(2), (p, 1)"), (NU, NU.replace("nu = ", "nu = -"))]),
+            Right("block by block", [(S, "S = np.tile(P, (p, p)) + np.kron(np.eye(p), R)")]),
+            Right("least squares", [(NIS_SOLVE, "nu @ np.linalg.pinv(S) @ nu")]),
+            Right("float nan", [("return np.nan", 'return float("nan")')]),
+        ],
+        NIS_MISTAKES,
     ),
     Check(
         "mismatch-verdict",
