@@ -196,7 +196,7 @@ reveal("large-r", guess)
 
 # %% id="answer-nis" tags=["answer"]
 def nis(x, P, R, y, m):
-    """NIS of one step, from x (2,) and P (2, 2) before the update; NaN with nothing in view."""
+    """NIS of one step, from x (2,), P (2, 2) before the update; NaN with nothing in view."""
     ### BEGIN SOLUTION
     if not y:
         return np.nan
@@ -350,15 +350,13 @@ for seed in range(60):
     robot, world = Robot((2, -2), Q, R, rng=seed), random_map(25, rng=seed)
     logs.append(simulate(robot, world))
 
-told = {0.5: [], 1: [], 2: []}  # NEES (runs, N+1) of your filter, told this factor of R
-for factor, values in told.items():
+# %%
+fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
+for ax, factor in zip(axes, [0.5, 1, 2]):
+    values = []  # NEES (runs, N+1) of your filter, told this factor of R
     for one in progress(logs, f"runs told {factor:g} R"):
         history = replay(make_filter(KF, one, R=factor * R), one)
         values.append(metrics.nees(history, one))
-
-# %%
-fig, axes = plt.subplots(1, 3, figsize=(11, 3.4), layout="constrained")
-for ax, (factor, values) in zip(axes, told.items()):
     plot_mean_nees(ax, log.times, values)
     verdicts = [verdict(v, len(logs)) for v in np.mean(values, axis=0)]
     most = max(set(verdicts), key=verdicts.count)

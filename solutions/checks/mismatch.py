@@ -141,7 +141,11 @@ NIS_MISTAKES = [
         "The j-th landmark in view is not the j-th of the map: look it up with m.index(lm).",
         [(NU, "nu = np.concatenate([lm.p - (m[j] - x) for j, lm in enumerate(y)])")],
     ),
-    Mistake("zero", "With nothing in view there is no NIS: return np.nan, not 0.", [("return np.nan", "return 0.0")]),
+    Mistake(
+        "zero",
+        "With nothing in view there is no NIS: return not-a-number, nan, instead of 0.",
+        [("return np.nan", "return 0.0")],
+    ),
 ]
 
 

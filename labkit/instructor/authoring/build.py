@@ -18,7 +18,6 @@ from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocess
 from nbformat import NotebookNode
 from traitlets.config import Config
 
-from ...guesses import UNMADE
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
@@ -29,7 +28,6 @@ WIDGET = "application/vnd.jupyter.widget-view+json"
 
 _SOLUTION = re.compile(r"^([ \t]*)### BEGIN SOLUTION\n(.*?)^[ \t]*### END SOLUTION\n?", re.M | re.S)
 _HIDDEN = re.compile(r"^[ \t]*### BEGIN HIDDEN TESTS\n.*?^[ \t]*### END HIDDEN TESTS\n?", re.M | re.S)
-_GUESS = re.compile(r"""^(guess = )["']\w["']""", re.M)
 _MARKER = re.compile(r"^[ \t]*### (BEGIN|END) SOLUTION\n?", re.M)
 
 
@@ -75,7 +73,7 @@ def student(notebook: NotebookNode) -> NotebookNode:
     for cell in copy.cells:
         cell.source = _unanswered(cell).rstrip()
         if cell.metadata.labkit == "guess":
-            cell.source = _unmade(cell)
+            cell.source = percent.unmade(cell.id, cell.source)
         if "SOLUTION" in cell.source or "HIDDEN TESTS" in cell.source:
             raise CommandError(f"cell '{cell.id}' has a solution or hidden marker without its partner")
     return copy
@@ -86,14 +84,6 @@ def _unanswered(cell):
     if cell.cell_type == "code":
         return _SOLUTION.sub(lambda match: _stub(cell, match), _HIDDEN.sub("", cell.source))
     return _SOLUTION.sub(f"{STUB}\n", cell.source)
-
-
-def _unmade(cell):
-    """The source of a cell whose prediction is still to be made."""
-    source, count = _GUESS.subn(rf'\1"{UNMADE}"', cell.source)
-    if count != 1:
-        raise CommandError(f"cell '{cell.id}': a prediction has one line such as guess = \"b\"")
-    return source
 
 
 def _stub(cell, match):

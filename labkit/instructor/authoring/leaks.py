@@ -71,6 +71,7 @@ def _cells(script):
     for cell in percent.cells(script):
         hidden = "hidden" in cell.tags
         visible = _BLOCK.sub("\n", cell.source)
+        visible = percent.unmade(cell.id, visible) if cell.role == "guess" else visible
         secrets = [cell.source] if hidden else [match[2] for match in _BLOCK.finditer(cell.source)]
         name = f"cell '{cell.id}'"
         if not hidden and ("SOLUTION" in visible or "HIDDEN TESTS" in visible):

@@ -1,10 +1,12 @@
 """Read a lab's source, `solutions/NN_name.py` in jupytext's percent format: each cell gets an id and a role."""
 
+import re
 from pathlib import Path
 
 import jupytext
 from nbformat import NotebookNode, from_dict
 
+from ...guesses import UNMADE
 from ...notebook.read import Cell, cells_of
 from ..records import CommandError
 
@@ -38,6 +40,14 @@ def notebook(script: Path) -> NotebookNode:
 def cells(script: Path) -> list[Cell]:
     """The cells in a script. Raises CommandError for an id that comes twice."""
     return cells_of(notebook(script), script)
+
+
+def unmade(id: str, source: str) -> str:
+    """The source of a cell with a prediction that is still to be made. Raises CommandError if there is none in it."""
+    source, count = re.subn(r"""^(guess = )["']\w["']""", rf'\1"{UNMADE}"', source, flags=re.MULTILINE)
+    if count != 1:
+        raise CommandError(f"cell '{id}': a prediction has one line such as guess = \"b\"")
+    return source
 
 
 def _graded(cell, role, points):
