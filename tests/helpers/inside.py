@@ -23,7 +23,7 @@ class Inside(Channel):
         self.inner, self.came, self.ready, self.usage = Worker(), b"", True, Usage(os.getpid())
 
     def _send(self, data, limit):
-        text, _ = wire.sizes(data[:8])
+        text, _ = wire.sizes(data[:8], objects=True)
         request = wire.unpack(data[8 : 8 + text], data[8 + text :], objects=True)
         try:
             answer = self.inner.answer(request)
