@@ -8,7 +8,7 @@ MARK = "<!-- from here on: python docs/index.py -->\n"
 TITLES = {
     "": "`labkit/`: the world, the run, the pictures",
     "legged": "`labkit/legged/`: lab 4's football field",
-    "team": "`labkit/team/`: lab 6's hall",
+    "team": "`labkit/team/`: the hall of labs 6 to 8",
     "mrclam": "`labkit/mrclam/`: real robots",
     "checks": "`labkit/checks/`: what tells a student what is wrong",
     "notebook": "`labkit/notebook/`: a student's notebook",

@@ -1,4 +1,4 @@
-"""What lab 6's answers can be given: see `labkit.checks.kinds`."""
+"""What the answers of labs 6 to 8 can be given: see `labkit.checks.kinds`."""
 
 import numpy as np
 

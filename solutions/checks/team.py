@@ -1,4 +1,4 @@
-"""Lab 6: observers, a common frame and a formation."""
+"""Labs 6 to 8: observers, a common frame, a formation, and converted measurements."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .probes import pose_probing, seen_from
 
-LAB = "06_observers"
+LAB, FORMATION, FURTHER = "06_observers", "07_formation", "08_further"
 
 
 def case(id, title, look, name, *args):
@@ -861,7 +861,7 @@ CHECKS = [
     ),
     Check(
         "team-converted",
-        LAB,
+        FURTHER,
         "converted",
         "function",
         CONVERTED,
@@ -870,7 +870,7 @@ CHECKS = [
     ),
     Check(
         "team-force",
-        LAB,
+        FORMATION,
         "force",
         "function",
         FORCE,

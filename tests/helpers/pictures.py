@@ -73,6 +73,6 @@ def take(browser, server):
 
 if __name__ == "__main__":
     still("04_legged_robot", "explore(", "lab4-explore")
-    still("06_observers", "draw_formation(", "lab6-formation")
+    still("07_formation", "draw_formation(", "lab7-formation")
     with chromium() as one, jupyterlab() as running:
         take(one, running)

@@ -14,7 +14,7 @@ from helpers.classroom import blank, filled
 from helpers.forms import forms, in_notebook
 from helpers.handed_in import CHANGES
 from helpers.inside import examine
-from helpers.reference import LABS
+from helpers.reference import GRADED, LABS
 
 
 def rehearsed(lab, book):
@@ -45,7 +45,7 @@ def differences(lab, book, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lab", LABS)
+@pytest.mark.parametrize("lab", GRADED)
 def test_the_rehearsal_is_the_exam_for_right_and_wrong_forms(lab):
     """A few of each lab; all of them (ten minutes) with the variable LABKIT_ALL_FORMS."""
     every = forms(lab, "right") | forms(lab, "mistakes")

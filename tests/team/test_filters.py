@@ -17,6 +17,7 @@ from labkit.team import (
     frame_errors,
     later,
     of_logs,
+    own_start,
     relative_nees_per_dimension,
     scenarios,
 )
@@ -135,7 +136,7 @@ def test_a_pair_filter_is_the_joint_filter_of_two_seen_from_the_observer():
 @pytest.mark.slow
 def test_a_filter_that_starts_with_section_two_alone_finds_the_others():
     for seed in range(4):
-        kf, rest = answer("own_start")(scenarios.cross(rng=seed))
+        kf, rest = own_start(answer("GroupEKF"), scenarios.cross(rng=seed))
         errors = frame_errors(replay(kf, rest).x, rest.truth)
         assert errors.ego[0] < 0.15 and errors.ego[50:].mean() < 0.04
 

@@ -68,10 +68,13 @@ def definitions(root: Path | str) -> list[Check]:
 def answers(cells: Sequence[Cell], forms: Sequence[Form] | None = None) -> str:
     """The imports of the set-up and the answers in a solution's cells, as one source.
 
-    forms: if they are known, only the imports that they or the answers need.
+    forms: if they are known, only the imports that they or the answers need. Left out are answers that build on one
+    of an earlier lab, which is not there: no check looks at them.
     """
     setup = "\n".join(cell.source for cell in cells if cell.code and "setup" in cell.tags)
-    body = "\n\n".join(cell.source for cell in cells if cell.code and "answer" in cell.tags)
+    lent = {name for line in re.findall(r"^(.+) = .*\bload_answer\(", setup, re.M) for name in re.findall(r"\w+", line)}
+    own = [cell.source for cell in cells if cell.code and "answer" in cell.tags]
+    body = "\n\n".join(source for source in own if not lent & set(re.findall(r"\w+", source)))
     needed = None if forms is None else set(re.findall(r"\w+", body + repr(forms)))
     return f"{imports(setup, needed)}\n{body}\n"
 

@@ -17,7 +17,7 @@ from typing import Any
 from .. import files
 from ..records import CommandError
 from .mistakes import caught
-from .paper import CheckCell, read
+from .paper import CheckCell, gives_points, read
 from .record import FILE, recorded
 
 DRAWS, MOST = 50, 200  # draws that are tried, and the most of them while few are good
@@ -28,6 +28,7 @@ def main(root: Path, labs: Collection[str] = (), check: bool = False) -> int:
     """Measure (or with `check` only look for) what has changed of these labs, by default all; exit status."""
     labs = labs or sorted(path.stem for path in (root / "solutions").glob("[0-9]*_*.ipynb"))
     try:
+        labs = [lab for lab in labs if gives_points(lab)]
         cells = {(lab, cell.id): digest(lab, cell) for lab in labs for cell in _hidden(lab)}
     except CommandError as error:
         print(error)

@@ -73,6 +73,11 @@ def read(lab: str, root: Path = ROOT) -> Paper:
     return Paper(lab, title, "\n".join(setup), cells, checks, released, subjects, digest)
 
 
+def gives_points(lab: str, root: Path = ROOT) -> bool:
+    """Whether anything in a lab counts: open explorations do not. Raises CommandError as `read` does."""
+    return any(_points(cell) is not None for cell in _books(lab, root)[0])
+
+
 def _books(lab, root):
     """The cells of the solution and of the students' notebook."""
     paths = root / "solutions" / f"{lab}.ipynb", root / "notebooks" / f"{lab}.ipynb"
