@@ -4,24 +4,22 @@ The numbers (inputs, right outputs, outputs of typical mistakes) are made from t
 `labkit build` and shipped in `labkit/checks/data`, so that no right code is shipped.
 """
 
-import ast
 import inspect
 import json
 import re
-import sys
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .causes import first_to_mend
+from .causes import first_to_mend, used
 from .compare import entire, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
 from .identify import told
 from .probing import ask
+from .source import newest_is_broken, notes_on
 from .trace import Scenario, Trace, run
 
 Data: TypeAlias = dict[str, Any]  # of one check: its name, subject, kind, scenarios and mistakes
@@ -82,10 +80,26 @@ def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
             traces |= probe(data, subject)
         return decide(data, traces)
     except CheckError as error:
-        if data["kind"] == "filter":
-            beside = [stored(path.stem) for path in DATA.glob(f"{data['name'].split('-')[0]}-*.json")]
-            error.add(first_to_mend(subject, beside, judge, CheckError))
+        error.add([*_first_to_mend(data, subject), *notes_on(subject)])
         raise
+
+
+def _first_to_mend(data, subject):
+    functions = used(subject)
+    beside = [stored(path.stem) for path in sorted(DATA.glob(f"{data['name'].split('-')[0]}-*.json"))]
+
+    def fails(name):
+        try:
+            return any(wrong(other, observe(other, functions[name])) for other in beside if is_of(other, name))
+        except CheckError:
+            return True
+
+    return first_to_mend(functions, fails)
+
+
+def is_of(data: Data, name: str) -> bool:
+    """Whether these are the data of the check of a function of that name."""
+    return data["kind"] == "function" and data["subject"] == name
 
 
 def observe(data: Data, subject: Any) -> dict[str, Trace]:
@@ -135,21 +149,6 @@ def stored(name: str) -> Data:
         near = get_close_matches(name, [p.stem for p in DATA.glob("*.json")], 1)
         raise CheckError(name, f"There is no check of that name{f'; is it {near[0]!r}?' if near else '.'}")
     return json.loads(path.read_text(encoding="utf-8"))
-
-
-def newest_is_broken(name: str) -> bool:
-    """Whether the last cell run in this notebook that defines `name` is no Python, so that an older one counts."""
-    ipython = sys.modules.get("IPython")
-    shell = ipython and ipython.get_ipython()
-    cells = shell.history_manager.input_hist_parsed if shell else []
-    defines = re.compile(rf"\b(class|def)\s+{name}\b")
-    newest = next((cell for cell in reversed(cells) if defines.search(cell)), "")
-    try:
-        with warnings.catch_warnings(action="ignore"):
-            compile(newest, "cell", "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
-    except (SyntaxError, ValueError):
-        return True
-    return False
 
 
 def unfit(data: Data, subject: Any) -> str:

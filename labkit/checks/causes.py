@@ -1,18 +1,28 @@
-"""Where a filter fails because of a function of the same lab: that is to be mended first."""
+"""Where an answer fails because of another function of the same lab: that is to be mended first."""
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import types
+from collections.abc import Callable, Iterable
 from typing import Any
 
+from .hints import fold
+from .source import functions_of
 
-def used(subject: Any) -> Iterator[tuple[str, Callable]]:
-    """(name, function) of what the methods of a student's class call by a name of the notebook."""
-    methods = [m for cls in getattr(subject, "__mro__", ()) for m in vars(cls).values() if inspect.isfunction(m)]
-    for method in methods:
-        for name in _names(method.__code__):
-            function = method.__globals__.get(name)
-            if inspect.isfunction(function) and function.__globals__ is method.__globals__:
-                yield name, function
+
+def used(subject: Any) -> dict[str, types.FunctionType]:
+    """{name: function} of what a student's function or class calls by a name of the notebook, also by way of others."""
+    found: dict[str, types.FunctionType] = {}
+    todo = list(functions_of(subject))
+    while todo:
+        caller = todo.pop(0)
+        for name in _names(caller.__code__):
+            function = caller.__globals__.get(name)
+            if not inspect.isfunction(function) or function.__globals__ is not caller.__globals__:
+                continue  # none of the notebook's
+            if name not in found and function is not subject:
+                found[name] = function
+                todo.append(function)
+    return found
 
 
 def _names(code):
@@ -21,22 +31,10 @@ def _names(code):
     return [*code.co_names, *inner]
 
 
-def first_to_mend(
-    subject: Any, checks: Sequence[Mapping], judge: Callable[[Any, Callable], object], refusal: type[Exception]
-) -> list[str]:
-    """The line about functions that a filter uses and that do not pass their own checks; [] if there are none.
-
-    checks: the data of the checks of the same lab;  judge: raises `refusal` for a function that does not pass one.
-    """
-    wrong: list[str] = []
-    for name, function in dict(used(subject)).items():
-        for data in checks:
-            if data["kind"] == "function" and data["subject"] == name and name not in wrong:
-                try:
-                    judge(data, function)
-                except refusal:
-                    wrong.append(name)
-    if not wrong:
+def first_to_mend(names: Iterable[str], fails: Callable[[str], bool]) -> list[str]:
+    """The line about functions that an answer uses and that do not pass their own checks; [] if there are none."""
+    told = [f"`{name}`" for name in sorted(names) if fails(name)]
+    if not told:
         return []
-    told, them = " and ".join(f"`{name}`" for name in wrong), "it" if len(wrong) == 1 else "them"
-    return [f"First mend {told}: what this check needs of {them} is not right yet either."]
+    own = "its own check does" if len(told) == 1 else "their own checks do"
+    return fold(f"First mend {' and '.join(told)}: {own} not pass yet.")

@@ -49,7 +49,7 @@ def own_line(error: BaseException) -> str:
         return f"{place}line {error.lineno}:  {(error.text or '').strip()}" if error.lineno else ""
     found, tb = [], error.__traceback__
     while tb is not None:
-        if not _is_library(tb.tb_frame.f_code.co_filename):
+        if not is_library(tb.tb_frame.f_code.co_filename):
             found.append((tb.tb_frame, tb.tb_lineno))
         tb = tb.tb_next
     if isinstance(error, RecursionError):  # it may run out anywhere; the line that calls itself is met most often
@@ -60,7 +60,7 @@ def own_line(error: BaseException) -> str:
 
 def running_line(frame: FrameType | None) -> str:
     """The same for code that is still running: the innermost line of the student's under `frame`."""
-    while frame is not None and _is_library(frame.f_code.co_filename):
+    while frame is not None and is_library(frame.f_code.co_filename):
         frame = frame.f_back
     return _line(frame, frame.f_lineno) if frame else ""
 
@@ -70,7 +70,7 @@ def _own_lines(error):
     found, tb = "", error.__traceback__
     while tb is not None:
         code = tb.tb_frame.f_code
-        if not _is_library(code.co_filename):
+        if not is_library(code.co_filename):
             numbers = range(code.co_firstlineno, tb.tb_lineno + 1)
             found = "".join(linecache.getline(code.co_filename, n, tb.tb_frame.f_globals) for n in numbers)
         tb = tb.tb_next
@@ -100,7 +100,8 @@ def is_cell(filename: str) -> bool:
     return re.search(r"(^|, )cell ('.*'|\d+)$", filename) is not None
 
 
-def _is_library(filename):
+def is_library(filename: str) -> bool:
+    """Whether a file is of Python, of a package or of this kit: what is left is the student's."""
     if is_cell(filename):
         return False
     path = os.path.realpath(filename)

@@ -25,6 +25,7 @@ from ..authoring.spec import answers, build, definitions
 from ..records import CommandError
 from ..sandbox.channel import StudentCodeError
 from ..sandbox.proxy import Stand, Student
+from .beside import beside, found_or_raised
 from .runs import apart, replayed, same_run
 from .traces import answer_form, inputs, probes, traces
 from .variants import variant
@@ -190,10 +191,9 @@ class Exam:
         print(checks.success(name, passed))
 
     def _judge(self, data, subject):
-        seen = self._public(subject.student)[data["name"]]
-        if isinstance(seen, Exception):
-            raise seen
-        return checks.decide(data, seen)
+        public = self._public(subject.student)
+        with beside(data["subject"], subject.student.notebook.cells, public):
+            return checks.decide(data, found_or_raised(public[data["name"]]))
 
     def _public(self, student: Student) -> dict[str, Any]:
         """What the student's objects do on the inputs of all the notebook's own checks.

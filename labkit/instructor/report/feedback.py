@@ -44,7 +44,7 @@ class Guess(NamedTuple):
     why: Sequence[tuple[str, str]]
 
 
-SENTENCES = ("Also: ", "First mend ")  # how the sentences of a report begin that follow its first
+SENTENCES = ("Also: ", "First mend ", "In `")  # how the sentences of a report begin that follow its first
 
 PICTURES = {
     "run": Picture(
