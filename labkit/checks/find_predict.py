@@ -3,6 +3,7 @@
 import numpy as np
 
 from .findings import Finding, Probed, acts, close, number_text, trait
+from .wraps import headings
 
 
 def start(probed: Probed) -> list[Finding]:
@@ -24,7 +25,7 @@ def _kept(answer, name, probed):
 
 def predict(probed: Probed) -> list[Finding]:
     """What `predict` does: how it moves the estimate, what it adds to the covariance, what it keeps of it."""
-    return [*_motion(probed), *_noise(probed), *_of_before(probed)]
+    return [*_motion(probed), *headings(probed, "predict"), *_noise(probed), *_of_before(probed)]
 
 
 def _first_off(values):

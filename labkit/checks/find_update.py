@@ -2,17 +2,26 @@
 
 import numpy as np
 
+from .find_gate import surprises
 from .find_several import several, stopped
 from .findings import Finding, Probed, acts, close, number_text, trait
 from .gains import OTHER_WAY, explained
 from .line_of_p import covariance
 from .single import Single
-from .wraps import far
+from .wraps import far, headings
+
+AFTER_THE_GATE = ("gain", "sign", "estimate", "P", "several")
 
 
 def update(probed: Probed) -> list[Finding]:
     """The wrong quantities of `update`, in the order of its lines."""
-    return [*_empty(probed), *_corrections(Single(probed))]
+    single = Single(probed)
+    found = [*_empty(probed), *_corrections(single)]
+    gate = [] if any(f.part == "stops" for f in found) else surprises(single)
+    if single.blind and any(f.part == "gate" for f in gate):  # nothing was let pass
+        found = [f for f in found if f.part not in ("estimate", "P")]
+    later = next((k for k, f in enumerate(found) if f.part in AFTER_THE_GATE), len(found))
+    return [*found[:later], *gate, *found[later:], *headings(probed, "update")]
 
 
 def _empty(probed):

@@ -83,7 +83,7 @@ def noise(single: Single) -> list[Finding]:
     off = [id for id in R if not close(R[id], rights[id], 1e-2)]
     if not off:
         return []
-    value = [R[id] for id in ("one", "one dt", "one R") if id in R]
+    value = [R[id] for id in ("one", "one dt", "one R", "partial") if id in R]
     if close(R["one R"], R["one"], 1e-2):
         nothing = np.abs(R["one"]).max() < 1e-3 * np.abs(rights["one"]).max()
         text = (
@@ -94,7 +94,8 @@ def noise(single: Single) -> list[Finding]:
         return [Finding("R", f"In `update`, {text}", value)]
     ids = [id for id in ("one", "one dt", "other") if id in R]
     how = trait([R[id] for id in ids], [rights[id] for id in ids], single.seconds(ids))
-    return [Finding("R", f"R, as it stands in S, {acts(R[off[0]], rights[off[0]], how)}.", value)]
+    where = ", for what is cut off" if off == ["partial"] else ""
+    return [Finding("R", f"R, as it stands in S{where}, {acts(R[off[0]], rights[off[0]], how)}.", value)]
 
 
 def _in_H(single, other_landmark):

@@ -25,7 +25,7 @@ class Answer:
 
     x (n,), P (n, n): the estimate and its covariance before;  moved (n,), after (n, n): how far the estimate moved,
     and its covariance after;  gain (n, m): how the estimate follows the measurement, or (0, 0);  H (m, n): of a right
-    answer;  fields: what else is kept, by name.
+    answer;  fields: what else is kept, by name (before, or where the probe says so after).
     """
 
     x: Array
@@ -96,7 +96,7 @@ def stops(probes: Sequence[Scenario], traces: Mapping[str, Trace]) -> dict[str, 
         if trace and trace.stop:
             told[probe["id"]] = f"stops: {trace.stop.text.splitlines()[0].rstrip('.')}."
         elif trace and trace.steps and _ends(trace, len(probe["look"])) is None:
-            for name, before, after in zip(probe["look"], trace.steps[0], trace.steps[-1]):
+            for name, before, after in zip(probe["look"][:2], trace.steps[0], trace.steps[-1]):
                 if not isinstance(after, str) and np.shape(before) != after.shape:
                     told[probe["id"]] = f"leaves {name} with the shape {after.shape} instead of {np.shape(before)}."
                     break
@@ -109,7 +109,8 @@ def _answer(probe, traces):
     ends = _ends(traces.get(_name(probe["id"])), len(probe["look"]))
     if not ends:
         return None
-    (x, P, *fields), (x1, P1, *_) = ends
+    (x, P, *fields), (x1, P1, *later) = ends
+    fields = later if probe.get("after") else fields
     moved = (x1 - x).ravel()
     moved[probe.get("angles", [])] = wrap(moved[probe.get("angles", [])])
     gain = []

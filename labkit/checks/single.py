@@ -9,7 +9,7 @@ from ..geometry import Array, wrap
 from .findings import Probed, close
 from .probing import Answer
 
-STEPS = ("one", "one P", "one R", "one scaled", "one dt", "other")  # whose gains tell of H, R and S
+STEPS = ("one", "one P", "one R", "one scaled", "one dt", "partial", "other")  # whose gains tell of H, R and S
 Pair = tuple[Answer, Answer]
 
 

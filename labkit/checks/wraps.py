@@ -1,8 +1,8 @@
-"""Innovations that are far: by nearly a turn, by more than a quarter of one, by metres."""
+"""Angles: innovations that are far (by nearly a turn, by more than a quarter of one), and headings of the estimate."""
 
 import numpy as np
 
-from .findings import Finding, close
+from .findings import Finding, Probed, close, number_text
 from .single import Single
 
 
@@ -43,3 +43,23 @@ def _how(pairs, j, row):
         if row != "bearing" and np.abs(came).max() <= np.pi + 1e-6 < np.abs(right).max()
         else ""
     )
+
+
+def headings(probed: Probed, method: str) -> list[Finding]:
+    """What `method` leaves of headings that it carries across 180 degrees, and of positions beyond three metres."""
+    found = []
+    for answer, right in probed.both(f"across {method}").values():
+        ends = [(a.x + a.moved).reshape(-1, 3)[:, 2] for a in (answer, right)]
+        out = np.flatnonzero(np.abs(ends[0]) > np.pi + 1e-6)
+        if out.size and np.abs(ends[1][out[0]]) < np.pi:
+            text = f"After `{method}` a heading is {number_text(ends[0][out[0]])}: it must be wrapped into (-pi, pi]."
+            found.append(Finding(f"heading in {method}", text, [np.array(1.0)]))
+            break
+    for answer, _ in probed.both(f"beyond {method}").values():
+        came = (answer.x + answer.moved).reshape(-1, 3)[:, :2]
+        lost = np.abs(answer.moved.reshape(-1, 3)[:, :2] + 2 * np.pi) < 1
+        if lost.any() and (np.abs(came) <= np.pi + 1e-6).all():
+            x = number_text(came[lost][0])
+            text = f"After `{method}` a robot beyond x = 3.14 m is at x = {x}: the position is wrapped, too."
+            found.append(Finding(f"position in {method}", text, [np.array(1.0)]))
+    return found

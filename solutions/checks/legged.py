@@ -317,9 +317,9 @@ PLACES = {id: place for id, *place in FIELD}
 LOOK = {"range_beacon", "range_goal", "range_floor", "bearing", "bearing_partial"}  # the sensor's noise
 
 
-def made(x0, P0, factor):
+def made(x0, P0, factor, gate):
     noise = {name: value * factor if name in LOOK else value for name, value in NOISY.items()}
-    return [{"x0": x0, "P0": P0, "m": {"legged.map": FIELD}, "noise": {"legged.noise": noise}}, {"gate": 1e9}]
+    return [{"x0": x0, "P0": P0, "m": {"legged.map": FIELD}, "noise": {"legged.noise": noise}}, {"gate": gate}]
 
 
 PROBING = pose_probing(
@@ -330,6 +330,7 @@ PROBING = pose_probing(
     lambda id, z: ("legged.sightings", [id, *z, True], 1),
     ["xk_k", "Pk_k"],
     [STEP, BACK],
-    list(PLACES)[:5],
+    ["yellow goal", "pink-yellow", "blue goal", "yellow-pink", "pink-blue"],
+    lambda id, z: ("legged.sightings", [id, *z, False], 1),
 )
 CHECKS = [Check("legged-ekf", LAB, "EKF", "filter", SCENARIOS, RIGHT, PARTS + MISTAKES, PROBING)]

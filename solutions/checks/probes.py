@@ -8,6 +8,12 @@ X0, P0 = [0.3, -0.4], [[0.5, 0.12], [0.12, 0.3]]
 WIDE = [[1e6, 0.0], [0.0, 1e6]]  # beside which the sensor's noise is nothing
 TINY = [[1e-9, 0.0], [0.0, 1e-9]]
 TURN = 2 * np.pi
+# Limits of d2, and innovations that are to be let pass by them or not.
+GATES = [
+    *((2.0, off) for off in ((0.5, 0), (0, 0.2), (1.0, 0), (0, 0.4), (1.6, 0), (0, 0.9))),
+    *((6.0, off) for off in ((0.6, 0), (0, 0.3), (0, 0.5), (1.6, 0.3))),
+    *((40.0, off) for off in ((0.0, 0.9), (2.0, 0), (3.6, 0), (0, 2))),
+]
 OFF = (0.03, 0.02)  # so that what depends on the sign of an innovation does not stand on its edge
 
 
@@ -75,50 +81,65 @@ def probing(sensor, R, map):
     return {"rows": ["dx", "dy"] if sensor == "xy" else ["range", "bearing"], "probes": probes}
 
 
-def pose_probing(x0, P0, make, place, shown, look, u, ids):
+def pose_probing(x0, P0, make, place, shown, look, u, ids, partial=None):
     """The probes of a filter with poses (labs 4 and 6), where neither dt nor Q nor R is told to the constructor.
 
-    make: (x0, P0, factor) -> what the constructor gets, with that much of the sensor's noise;
+    make: (x0, P0, factor, gate) -> what the constructor gets, with that much of the sensor's noise;
     place: (x0, id) -> what should be measured;  shown: (id, z) -> an entry of what `update` gets, with its kind and the
-    place of its first number;  u: two steps;  ids: of what may be seen, or ().
+    place of its first number;  u: two steps;  ids: of what may be seen, or ();  partial: as `shown`, of what is seen
+    in part, or None.
     """
     n = np.size(x0)
     tiny, wide = (np.eye(n) * size for size in (1e-9, 1e6))
+    angles = {"angles": list(range(2, n, 3))}
 
-    def probe(id, *calls, P0=P0, noise=1.0, **more):
+    def probe(id, *calls, x0=x0, P0=P0, noise=1.0, gate=1e9, **more):
         P0 = np.array(P0).tolist()
         begin = {"begin": dict(zip(look, (x0, P0)))} if id != "made" else {}
-        return {"id": id, "make": make(x0, P0, noise), "calls": list(calls), "look": look, **begin, **more}
+        return {"id": id, "make": make(x0, P0, noise, gate), "calls": list(calls), "look": look, **begin, **more}
 
-    def update(id, *which, off=OFF, step=1e-3, **more):
-        entries = []
-        for one in which:
-            z = np.add(place(x0, one), off if one == which[-1] else (0, 0))
-            kind, entry, first = shown(one, [float(v) for v in z])
-            entries.append(entry)
-        more |= {"first": first, "angles": list(range(2, n, 3))} | ({"step": step} if step else {})
-        return probe(id, ["update", {kind: entries}], **more)
+    def seen(*pairs, x0=x0, shown=shown):
+        """An update with these (id, off): what is seen, and how far its measurement is from what is expected."""
+        entries = [shown(one, np.add(place(x0, one), off).tolist())[1] for one, off in pairs]
+        return ["update", {kind: entries}]
+
+    def update(id, *which, off=OFF, step=1e-3, shown=shown, **more):
+        more |= {"first": start} | angles | ({"step": step} if step else {})
+        return probe(id, seen(*((one, (0, 0)) for one in which[:-1]), (which[-1], off), shown=shown), **more)
+
+    def surprise(id, *calls, **more):
+        """Updates after which d2 is looked at; each a list of (id, off)."""
+        return probe(id, *(seen(*pairs) for pairs in calls), **more) | {
+            "look": [*look, "d2"],
+            "after": True,
+            "first": start,
+            **angles,
+        }
 
     P0 = np.array(P0)
     steps = [["predict", one] for one in u]
     probes = [
         probe("made"),
-        *(probe(f"predict {k}", step) for k, step in enumerate(steps)),
+        *(probe(f"predict {k}", step, **angles) for k, step in enumerate(steps)),
         *(probe(f"noise {k}", step, P0=tiny) for k, step in enumerate(steps)),
+        *(probe(f"across predict {k}", step, x0=_moved(x0, y)) for k, (step, y) in enumerate(zip(steps, (3.1, -3.1)))),
+        probe("beyond predict", steps[0], x0=_moved(x0, x=4.2)),
     ]
     if ids:
         first, second, third, *more = ids
-        kind, *_ = shown(first, [0.0, 0.0])
+        kind, _, start = shown(first, [0.0, 0.0])
         loose = {"P0": 4 * P0, "noise": 20.0}
         far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)]
+        turned = [(y, off) for y in (3.12, -3.12) for off in (0.3, -0.3)]
         probes += [
-            probe("empty", ["update", {kind: []}]),
+            probe("empty", ["update", {kind: []}], **angles),
             update("one", first),
             update("one P", first, P0=3 * P0),
             update("one R", first, noise=np.sqrt(2)),
             update("one scaled", first, P0=3 * P0, noise=np.sqrt(3)),
             update("one wide", first, P0=wide),
             update("one narrow", first, P0=1e-6 * P0),
+            *([update("partial", first, shown=partial)] if partial else []),
             update("other", second),
             update("other wide", second, P0=wide),
             update("other narrow", second, P0=1e-6 * P0),
@@ -128,8 +149,32 @@ def pose_probing(x0, P0, make, place, shown, look, u, ids):
             update("near", second, **loose),
             update("bent", second, off=(0.3, 0.2), **loose),
             *(update(f"far {k}", second, off=off, step=0, **loose) for k, off in enumerate(far)),
+            surprise("d2 one", [(first, OFF)]),
+            surprise("d2 one P", [(first, OFF)], P0=3 * P0),
+            surprise("d2 one R", [(first, OFF)], noise=np.sqrt(2)),
+            surprise("d2 other", [(second, OFF)]),
+            surprise("d2 both", [(first, OFF), (second, OFF)]),
+            surprise("d2 empty", [(first, OFF)], []),
+            surprise("d2 again", [(first, OFF)], [(second, OFF)]),
+            surprise("d2 gated", [(first, OFF), (second, (0, 1.8))], gate=10.0),
+            surprise("honest", [(first, OFF)], gate=10.0),
+            surprise("lie first", [(second, (0, 1.8)), (first, OFF)], gate=10.0),
+            *(surprise(f"gate {k}", [(second, off)], gate=gate) for k, (gate, off) in enumerate(GATES)),
+            *(
+                probe(f"across update {k}", seen((second, (0, off)), x0=_moved(x0, y)), x0=_moved(x0, y))
+                for k, (y, off) in enumerate(turned)
+            ),
+            probe("beyond update", seen((second, OFF), x0=_moved(x0, x=4.2)), x0=_moved(x0, x=4.2)),
         ]
     return {"rows": ["range", "bearing"], "probes": probes}
+
+
+def _moved(x0, heading=None, x=None):
+    """Poses all with this heading, or x."""
+    moved = np.array(x0, dtype=float)
+    for place, value in ((2, heading), (0, x)):
+        moved[..., place] = moved[..., place] if value is None else value
+    return moved.tolist()
 
 
 def seen_from(pose, point):

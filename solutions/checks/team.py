@@ -801,11 +801,11 @@ SLICES = """class GroupEKF(GroupEKF):
 
 
 def team_probing(pairs):
-    def made(x0, P0, factor):
+    def made(x0, P0, factor, gate):
         noise = {
             name: value * factor if name in ("range", "bearing", "lateral") else value for name, value in NOISE.items()
         }
-        return [{"x0": x0, "P0": P0, "noise": {"team.noise": noise}}, {"gate": 1e9}]
+        return [{"x0": x0, "P0": P0, "noise": {"team.noise": noise}}, {"gate": gate}]
 
     return pose_probing(
         X0,

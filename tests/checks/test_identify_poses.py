@@ -1,0 +1,53 @@
+"""Mistakes that nobody listed, in the filters with poses (labs 4 and 6): the quantity that is wrong is told."""
+
+import pytest
+from checks.test_checks import failure
+
+LEGGED, PAPER, GROUP = "legged-ekf", "team-paper", "team-ekf"
+D2 = "self.d2.append(nu[block] @ np.linalg.solve(S[block, block], nu[block]))"
+KEEP = "keep = np.repeat(np.array(self.d2) < self.gate, 2)"
+D2_TEAM = "self.d2.append(nu @ np.linalg.solve(S, nu))"
+
+# What is changed in the solution, and what must be said of it.
+UNLISTED = [
+    (LEGGED, [(D2, D2.replace("S[block, block]", "(S - R)[block, block]"))], "R is missing in the S that it takes"),
+    (LEGGED, [(D2, "self.d2.append(nu[i] ** 2 / S[i, i])")], "only the range counts"),
+    (LEGGED, [(KEEP, KEEP.replace("self.gate", "5.99"))], "whatever the gate is: compare with `self.gate`"),
+    (LEGGED, [("R = stack(y, self.map,", "R = stack(y[:1], self.map,")], "two in view `self.d2` holds one number"),
+    (
+        LEGGED,
+        [("else noise.bearing_partial)", "else 2 * noise.bearing)")],
+        "R, as it stands in S, for what is cut off, acts",
+    ),
+    (PAPER, [(D2_TEAM, "self.d2.append(nu @ np.linalg.solve(np.diag(sigma**2), nu))")], "R in the place of S"),
+    (PAPER, [(D2_TEAM, "self.d2.append(nu[1] ** 2 / S[1, 1])")], "only the bearing counts"),
+    (PAPER, [("self.d2[-1] < self.gate", "self.d2[-1] > self.gate")], "it is the wrong way round"),
+]
+
+
+@pytest.mark.parametrize("name, form, says", UNLISTED)
+def test_what_nobody_listed_is_found(name, form, says):
+    text = " ".join(str(failure(name, form)).split())
+    assert says in text
+    assert "Perhaps" not in text and "times the expected value" not in text
+
+
+def test_d2_that_is_that_of_a_wrong_S_is_no_second_mistake():
+    text = str(failure(LEGGED, [("np.diag(np.square(sigmas))", "7 * np.diag(np.square(sigmas))")]))
+    assert "R, as it stands in S, acts as" in text and "`self.d2`" not in text and "gate" not in text
+
+
+def test_a_gate_and_what_comes_after_it_are_told_both():
+    form = [(KEEP, KEEP.replace("self.gate", "5.99")), ("self.xk_k[2] = wrap(self.xk_k[2])", "pass")]
+    text = " ".join(str(failure(LEGGED, form)).split())
+    assert text.index("compare with `self.gate`") < text.index("Also: After the update the heading is outside")
+
+
+def test_a_heading_that_is_not_wrapped_is_told_beside_another_mistake():
+    wrap = "                self.x[:, 2] = wrap(self.x[:, 2])\n"
+    text = " ".join(
+        str(
+            failure(PAPER, [(wrap, ""), ("self.noise.of_step(u[0])[:2] ** 2", "3 * self.noise.of_step(u[0])[:2] ** 2")])
+        ).split()
+    )
+    assert "adds to P acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text
