@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .checks.feedback import FilterError, LabError, explain
-from .geometry import Array, Covariance, Covariances
+from .geometry import Array, Covariance, Covariances, wrap
 from .validation import as_covariance, as_numbers, fault
 
 START = np.zeros(2)  # the handout's first estimate: anywhere near the middle ...
@@ -184,3 +184,43 @@ def _shape_problem(kf, shapes):
         if shape != due:
             return f"{name} should have shape {due}, but it has shape {shape}."
     return ""
+
+
+def by_filterpy(
+    log: AnyLog, h: Callable[[Array, Any], Array], jacobian: Callable[[Array, Any], Array], like: Any
+) -> History:
+    """What filterpy's extended Kalman filter makes of a run with ranges and bearings, as `replay` would give it.
+
+    h, jacobian: (x (2,) [m], landmark) -> [range [m], bearing [rad]] and its derivatives (2, 2);  like: a filter as
+    `make_filter` makes it, not yet used, whose start, Q, R and map are taken.
+    """
+    from filterpy.kalman import ExtendedKalmanFilter  # slow to load, like all of scipy
+
+    kf = ExtendedKalmanFilter(dim_x=2, dim_z=2)
+    kf.x, kf.P, kf.Q = like.xk_k.copy(), like.Pk_k.copy(), like.Q
+    x, P, x_prior, P_prior = [kf.x], [kf.P], [], []
+    for u, y in zip(log.controls, log.measurements()):
+        kf.x, kf.P = kf.x + log.dt * u, kf.P + kf.Q
+        x_prior.append(kf.x)
+        P_prior.append(kf.P)
+        if y:
+            _library_update(kf, y, [like.map[like.map.index(lm)] for lm in y], h, jacobian, like.R)
+        x.append(kf.x)
+        P.append(kf.P)
+    return History(log.times, np.array(x), np.array(P), np.array(x_prior), np.array(P_prior), like.R)
+
+
+def _library_update(kf, y, known, h, jacobian, R):
+    kf.update(
+        np.concatenate([lm.p for lm in y]),
+        HJacobian=lambda x: np.vstack([jacobian(x, one) for one in known]),
+        Hx=lambda x: np.concatenate([h(x, one) for one in known]),
+        R=np.kron(np.eye(len(y)), R),
+        residual=_residual,
+    )
+
+
+def _residual(a, b):
+    d = a - b
+    d[1::2] = wrap(d[1::2])
+    return d

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 3 · Distances and angles: the extended Kalman filter
 #
-# *About 100 minutes. You need your `KF` from lab 1, filled in and saved.*
+# *About 100 minutes. From lab 1 it uses your `KF`, filled in and saved, and its five lines of the update; from lab 2 the NEES and the NIS.*
 #
 # Hardly any sensor reports "1.2 m to the right and 0.8 m ahead". A laser or a camera reports a **range** (how far) and a **bearing** (in which
 # direction). Now the measurement is no longer a linear function of the position, and the Kalman filter needs one more idea: a straight line in
@@ -25,16 +25,21 @@
 # | $r$ | `y[0].p[0]` | number | m | range |
 # | $\beta$ | `y[0].p[1]` | number | rad | bearing, from the world's x axis, counter-clockwise, in (−π, π] |
 # | $h(x)$ | `h(x, landmark)` | (2,) | m, rad | the range and bearing that are expected |
-# | $H$ | `jacobian(x, landmark)` | (2, 2) | –, rad/m | derivative of $h$ by the position |
+# | $H_i$ | `jacobian(x, landmark)` | (2, 2) | –, rad/m | derivative of $h$ by the position, for the i-th landmark in view |
+# | $H$ | `H` | (2p, 2) | –, rad/m | the $H_i$ of the $p$ landmarks in view, one above the other |
 # | $R$ | `kf.R` | (2, 2) | m², rad² | covariance of one landmark's range and bearing |
+# | $\sigma_r, \sigma_\beta$ | – | numbers | m, rad | their standard deviations, the roots of $R$'s diagonal |
+# | $\nu$ | `innovation` | (2p,) | m, rad | what was seen less what was expected, bearings wrapped |
 
 # %% id="setup" tags=["setup"]
 import matplotlib.pyplot as plt
 import numpy as np
 
 from labkit import EnvPlot, Landmark, Map, Robot, check, explore, load_answer, make_filter
-from labkit import metrics, mrclam, random_map, replay, simulate, wrap
+from labkit import metrics, mrclam, random_map, replay, reveal, simulate, wrap
+from labkit.history import by_filterpy
 from labkit.plots import MapPanel, ScenePanel, limits, show_run
+from labkit.tangents import show_tangent
 
 CartesianKF = load_answer("01_cartesian_ekf", "KF")  # your filter of lab 1, to compare with
 
@@ -77,7 +82,7 @@ check("range-bearing-h", h)
 # depends on where the robot is: near the estimate, $h$ is replaced by its tangent. That is all that "extended" means. The table of derivatives
 # is called the **Jacobian**:
 #
-# $$ H = \begin{bmatrix} \partial r/\partial x & \partial r/\partial y \\ \partial \beta/\partial x & \partial \beta/\partial y \end{bmatrix} . $$
+# $$ H_i = \begin{bmatrix} \partial r/\partial x & \partial r/\partial y \\ \partial \beta/\partial x & \partial \beta/\partial y \end{bmatrix} . $$
 #
 # Two sanity checks before you differentiate. If the robot walks straight to the landmark, how does the range change, metre by metre? If it walks
 # sideways past it, is the change of bearing larger near the landmark or far from it?
@@ -87,8 +92,8 @@ check("range-bearing-h", h)
 #
 # <details><summary>Hint</summary>
 #
-# $d_x = x_l - x$, so $\partial d_x / \partial x = -1$. And the derivative of $\operatorname{atan2}(d_y, d_x)$ by anything is
-# $(d_x\,d_y' - d_y\,d_x')/(d_x^2 + d_y^2)$, where the prime is the derivative by that.
+# $d_x = x_l - x$, so $\partial d_x / \partial x = -1$ and $\partial d_y / \partial x = 0$. And the derivative of $\operatorname{atan2}(d_y, d_x)$ is
+# $(d_x\,\partial d_y - d_y\,\partial d_x)/(d_x^2 + d_y^2)$, where $\partial$ stands for the derivative by $x$ in the first column, by $y$ in the second.
 # </details>
 # <details><summary>Hint: how to test it yourself</summary>
 #
@@ -110,14 +115,39 @@ def jacobian(x, landmark):
 check("range-bearing-jacobian", jacobian)
 
 # %% [markdown]
+# What does a filter do with a tangent? It believes that the robot is *about* here, give or take σ, and asks which ranges it should see. The picture does
+# that for a robot on the x axis and a landmark 1 m above it, at (0, 1). Left: the true range as the robot moves along, and its tangent, with *your*
+# two functions. Right: which ranges come out if the belief is pushed through the one and through the other.
+#
+# **Before you run it:** the belief is narrow first (σ = 0.2 m), then wide (σ = 1.5 m). What does the tangent promise for the wide one?
+# - (a) The same ranges as the curve: it touches it at the estimate.
+# - (b) Ranges that are all too long.
+# - (c) Also ranges that are impossible here, below 1 m and even below 0.
+
+# %% id="guess-tangent" tags=["guess"]
+guess = "c"
+for sigma in (0.2, 1.5):
+    show_tangent(h, jacobian, np.array([0.0, 1.0]), at=1.0, sigma=sigma)
+reveal("tangent", guess)
+
+# %% [markdown]
+# So the straight line is good where the belief is narrow compared to the range. Keep the two pictures in mind: they explain all that goes wrong below.
+#
 # ## 3. The edge at 180°
 #
-# A landmark is due west. The filter expects it at +179°, the robot sees it at −179°. **Before you run it:** by how much do the two disagree?
+# A landmark is due west. The filter expects it at +179°, the robot sees it at −179°.
+#
+# **Before you run it:** what should the innovation, *seen less expected*, be?
+# - (a) −358°
+# - (b) 2°
+# - (c) −2°
 
-# %%
+# %% id="guess-west" tags=["guess"]
+guess = "b"
 expected, seen = np.deg2rad(179), np.deg2rad(-179)
 print(f"plain difference   {np.rad2deg(seen - expected):7.1f}°")
 print(f"wrapped difference {np.rad2deg(wrap(seen - expected)):7.1f}°")
+reveal("due-west", guess)
 
 # %% [markdown]
 # A filter that believes in −358° jumps across the map. So every *difference* of bearings is wrapped into (−π, π], with `wrap` from the kit. Ranges are
@@ -192,7 +222,8 @@ check("range-bearing-kf", KF)
 # %% [markdown]
 # ## 5. Let it run, and compare
 #
-# `type="rb"` gives the robot a range-bearing sensor. Its bearing noise is told in rad² and worth 10° in one step.
+# `type="rb"` gives the robot a range-bearing sensor. In one step its range errs by $\sigma_r$ = 0.4 m and its bearing by $\sigma_\beta$ = 10°. (So a landmark that is
+# nearer than 0.25 m is often "seen" at a *negative* range. No real sensor reports that; we leave it so that the noise is what the filter was told.)
 
 # %%
 Q = np.diag([0.25**2, 0.25**2])  # motion noise, per second [m^2/s]
@@ -212,12 +243,19 @@ for k in range(40):
     e.plotSim(r, m, kf)
 
 # %% [markdown]
+# What does *one* landmark tell at range $r$? Along the line of sight the position, give or take $\sigma_r$. Across it, the bearing: an angle of $\sigma_\beta$ (in
+# rad) seen over a distance $r$ is an arc of length $r\,\sigma_\beta$. At which range is the one as long as the other?
+#
 # Now a fair comparison: *one* drive, seen once by the Cartesian sensor and once by the range-bearing sensor (`log.seen_by`), with your two filters. There
 # are eight landmarks, so that mostly one or two are in view.
 #
-# **Before you run it:** the Cartesian ellipses were circles. What shape will the others have, and which way will they point?
+# **Before you run it:** with the Cartesian sensor the ellipses are circles. And with range and bearing, near a single landmark?
+# - (a) Long along the line of sight, short across it.
+# - (b) Short along the line of sight, long across it.
+# - (c) Circles too, as $R$ is diagonal.
 
-# %%
+# %% id="guess-shape" tags=["guess"]
+guess = "a"
 log = simulate(Robot((2, -2), Q, R_xy, rng=1), random_map(8, rng=1))
 polar = log.seen_by("rb", R_rb, rng=1)
 
@@ -228,13 +266,22 @@ runs = [
 fig, axes = plt.subplots(1, 2, figsize=(10, 5), layout="constrained")
 for ax, (name, seen, history) in zip(axes, runs):
     MapPanel(ax, limits(log), title=name).show(seen, history, ellipses=40)
-    short, long = np.sqrt(np.linalg.eigvalsh(history.P[1:])).T
     print(f"{name}:\n   {metrics.summary(history, seen)}")
-    print(f"   long axis over short axis: median {np.median(long / short):.2f},", end=" ")
-    print(f"largest {np.max(long / short):.2f}")
 plt.show()
+reveal("shape", guess)
+
+# %%
+history = replay(make_filter(KF, polar), polar)
+short, long = np.sqrt(np.linalg.eigvalsh(history.P[1:])).T
+print(f"range and bearing: long axis over short axis up to {np.max(long / short):.2f}")
+print("after the first update the estimate is", history.x[1].round(1), end=" ")
+print("and the robot at", polar.truth[1].round(1))
+print(f"NEES {metrics.nees(history, polar)[1]:.0f}, where 2 is expected")
 
 # %% [markdown]
+# The first update of the range-bearing filter is a leap to a wrong place, and the filter is sure of it. It is the wide belief of section 2: at the start σ is
+# 1.7 m, as long as the ranges, so the tangent at (0, 0) is a poor stand-in for the curve. With a second look, from nearer by, it recovers.
+#
 # ### Question Q6
 # What differs from the Cartesian filter? Use the sliders below to look at several random maps, with few landmarks and with many. Along which direction is the ellipse short, and why does
 # its shape change along the path, when $R$ is always the same?
@@ -270,22 +317,48 @@ history = replay(make_filter(KF, lone, x0=(2, -2), P0=0.1**2 * np.eye(2)), lone)
 distance = np.linalg.norm(one[0] - lone.truth, axis=1)
 axis = 3 * np.sqrt(np.linalg.eigvalsh(history.P))
 
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.2), layout="constrained")
+fig, axes = plt.subplots(1, 3, figsize=(11.5, 4.2), layout="constrained")
 for ax, k in zip(axes, [4, 12, int(distance.argmin())]):
     ScenePanel(ax, (0.6, 4.0, -2.4, 1.6)).show_step(lone, history, k)
-    ax.get_legend().remove()
+    if ax is not axes[-1]:
+        ax.get_legend().remove()
     short, long = axis[k]
     ax.set_title(f"range {distance[k]:.2f} m: 3σ half axes {long:.2f}, {short:.2f} m", size=9)
 plt.show()
 
 # %% [markdown]
-# What does that closeness cost? The tangent that stands in for the curve is good over a small piece of it. Near the landmark, a small step changes the
-# bearing a lot: the curve bends, and the tangent leaves it. So let us ask many runs how honest your filter is, depending on how near the nearest
-# landmark is. The noise is exactly what the filter was told. (For two numbers, an honest NEES has mean 2 and median 1.39.)
+# ### Question Q7, first part
+# Take five landmarks (slider below, or `random_map(5)`). What happens when the robot sees no landmark? And when it sees just one, and passes close to it?
+# Explain the shape of the ellipse in the three pictures.
+
+# %% [markdown] id="answer-q7" tags=["answer"] points=2 title="Question Q7, first part"
+# ### BEGIN SOLUTION
+# With nothing in view the ellipse grows at each step and becomes rounder, as in lab 2: only `predict` acts, and it adds the same in all directions.
 #
-# **Before you run it:** what would the mean NEES be in each row if the tangent were perfect?
+# One landmark gives both numbers, so the filter never gets lost as long as it sees one. Along the line of sight it knows the position to $\sigma_r$, whatever the distance;
+# across it, to $r\,\sigma_\beta$. So while the robot comes closer the ellipse becomes a sliver which points at the landmark, and it turns as the robot passes by.
+# ### END SOLUTION
 
 # %%
+explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=2)
+
+# %% [markdown] id="rubric-q7" tags=["hidden"]
+# **Q7, first part, 2 points.**
+# - 1 point: nothing in view: P grows and becomes rounder.
+# - 1 point: one landmark: along the line of sight known to sigma_r, across it to r sigma_beta, so a sliver that points at a near landmark.
+
+# %% [markdown]
+# What does closeness cost? Near the landmark, a small step changes the bearing a lot: the curve bends, and the tangent leaves it. So let us ask many runs how
+# honest your filter is, depending on how near the nearest landmark is. The noise is exactly what the filter was told. (For two numbers, an honest
+# NEES has mean 2 and median 1.39.)
+#
+# **Before you run it:** where will the mean NEES be above 2?
+# - (a) Nowhere: Q and R are right.
+# - (b) Where the nearest landmark is far away: little is seen there.
+# - (c) Where it is near: there the curve bends.
+
+# %% id="guess-near" tags=["guess"]
+guess = "c"
 near, values = [], []
 for seed in range(60):
     run = simulate(Robot((2, -2), Q, R_rb, type="rb", rng=seed), random_map(25, rng=seed))
@@ -300,23 +373,14 @@ for low, high in [(0, 0.25), (0.25, 0.5), (0.5, 1), (1, 2.5)]:
     here = values[(low <= near) & (near < high)]
     mean, median = here.mean(), np.median(here)
     print(f"{low:8.2f} to {high:4.2f} {len(here):15d} {mean:10.1f} {median:9.1f}")
+reveal("near-landmark", guess)
 
 # %% [markdown]
-# ### Question Q7
-# Take five landmarks (slider below, or `random_map(5)`). What happens when the robot sees no landmark? And when it sees just one, and passes close to it?
-# Explain the shape of the ellipse in the three pictures, and the first rows of the table. What could one do about those: another `R` for near landmarks? Leaving them out? Another place
-# for the tangent?
+# ### Question Q7, second part
+# Explain the first rows of the table. What could one do about them: another `R` for near landmarks? Leaving them out? Another place for the tangent?
 
-# %%
-explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=2)
-
-# %% [markdown] id="answer-q7" tags=["answer"] points=3 title="Question Q7"
+# %% [markdown] id="answer-q7-near" tags=["answer"] points=2 title="Question Q7, second part"
 # ### BEGIN SOLUTION
-# With nothing in view the ellipse grows at each step and becomes rounder, as in lab 2: only `predict` acts, and it adds the same in all directions.
-#
-# One landmark gives both numbers, so the filter never gets lost as long as it sees one. Along the line of sight it knows the position to $\sigma_r$, whatever the distance;
-# across it, to $r\,\sigma_\beta$. So while the robot comes closer the ellipse becomes a sliver which points at the landmark, and it turns as the robot passes by.
-#
 # In the close pass the filter becomes overconfident although $Q$ and $R$ are right: the mean NEES is above 40 below 25 cm. The bearing row of $H$ is $1/r$, taken at the
 # *estimated* position. When the error of the position is as large as the range, the true bearing can be anywhere, while the tangent claims a precise
 # relation; the filter shrinks $P$ for information that is not there, and it takes some time to recover. Beyond half a metre the median is near 1.4: there the tangent is good.
@@ -324,9 +388,8 @@ explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=
 # taken at the improved estimate.
 # ### END SOLUTION
 
-# %% [markdown] id="rubric-q7" tags=["hidden"]
-# **Q7, 3 points.**
-# - 1 point: nothing in view: P grows and becomes rounder; one landmark: known along the line of sight, less across it (or the other way round when near).
+# %% [markdown] id="rubric-q7-near" tags=["hidden"]
+# **Q7, second part, 2 points.**
 # - 1 point: near the landmark the tangent is bad, so the filter is overconfident although Q and R are right.
 # - 1 point: a sensible remedy with its reason.
 
@@ -336,33 +399,9 @@ explore(KF, sensor="rb", sliders=("R", "landmarks", "range"), landmarks=5, seed=
 # `filterpy` is a well-known Python library of filters. Given your `h` and `jacobian`, its extended Kalman filter must agree with yours.
 
 # %%
-from filterpy.kalman import ExtendedKalmanFilter
-
-
-def stacked_residual(a, b):
-    d = a - b
-    d[1::2] = wrap(d[1::2])
-    return d
-
-
-mine = make_filter(KF, polar)
-other = ExtendedKalmanFilter(dim_x=2, dim_z=2)
-other.x, other.P, other.Q = mine.xk_k.copy(), mine.Pk_k.copy(), mine.Q
-largest = 0.0
-for u, y in zip(polar.controls, polar.measurements()):
-    mine.predict(u)
-    mine.update(y)
-    other.x, other.P = other.x + polar.dt * u, other.P + other.Q
-    if y:
-        known = [m[m.index(lm)] for lm in y]
-        other.update(
-            np.concatenate([lm.p for lm in y]),
-            HJacobian=lambda x: np.vstack([jacobian(x, k) for k in known]),
-            Hx=lambda x: np.concatenate([h(x, k) for k in known]),
-            R=np.kron(np.eye(len(y)), mine.R),
-            residual=stacked_residual,
-        )
-    largest = max(largest, abs(mine.xk_k - other.x).max(), abs(mine.Pk_k - other.P).max())
+mine = replay(make_filter(KF, polar), polar)
+other = by_filterpy(polar, h, jacobian, like=make_filter(KF, polar))
+largest = max(abs(mine.x - other.x).max(), abs(mine.P - other.P).max())
 print("the two agree to 1e-9:", bool(largest < 1e-9))
 
 # %% [markdown]
@@ -373,7 +412,8 @@ print("the two agree to 1e-9:", bool(largest < 1e-9))
 #
 # **To get it:** download *MRCLAM_Dataset7.zip* from the UTIAS site (asrl.utias.utoronto.ca/datasets/mrclam), open a terminal and type
 # `labkit data MRCLAM_Dataset7.zip`. It is checked and put into the folder `data/MRCLAM_Dataset7` of this kit (the variable `LABKIT_DATA` can name another
-# folder). Without it, this section runs on a small simulated log in the same format; the title of the figure says which one you see.
+# folder). Without it, this section runs on a simulated log in the same format, with the same troubles in a milder form; the title of the figure says which
+# one you see.
 #
 # Your filter estimates two numbers and not the heading. So the kit hands it the heading as from a compass, with 2° of noise, and turns the wheel velocity and the
 # bearings into the world frame: `with_compass`. What comes out is a log like any other, ten steps a second.
@@ -384,6 +424,7 @@ print(log.name, *log.notes, sep="\n   ")
 
 Q_real = 0.05**2 * np.eye(2)  # wheels slip by 5 cm in one second
 R_real = np.diag([0.6**2, 0.15**2]) * log.dt  # σ = 0.6 m and 0.15 rad; KF divides by dt
+R_narrow = np.diag([0.15**2, 0.05**2]) * log.dt  # as the sensor's data sheet would have it
 
 
 def on_real_robot(log, R):
@@ -397,12 +438,15 @@ show_run(log, history, title=log.name)
 print(metrics.summary(history, log))
 
 # %% [markdown]
-# All five robots: dead reckoning only, then your filter with the wide `R` above and with a narrower one which looks more like the sensor's data sheet.
+# All five robots: dead reckoning only, then your filter with the wide `R` and with the narrow one, in which σ is what a single range really errs by.
 #
-# **Before you run it:** with which `R` will the position be better? With which will the NEES?
+# **Before you run it:** which is better?
+# - (a) The narrow `R`, in position and NEES: it is the true one.
+# - (b) The narrow `R` in position, the wide one in NEES.
+# - (c) The wide `R` in both.
 
-# %% tags=["nbval-ignore-output"]
-R_narrow = np.diag([0.15**2, 0.05**2]) * log.dt
+# %% id="guess-real" tags=["guess", "nbval-ignore-output"]
+guess = "c"
 print("position RMSE [m] (mean NEES)    dead reckoning     wide R         narrow R")
 for robot in range(1, 6):
     log = mrclam.with_compass(mrclam.load(robot), rng=0)
@@ -414,16 +458,20 @@ for robot in range(1, 6):
         rmse, mean_nees = metrics.rmse(history, log), np.nanmean(metrics.nees(history, log))
         row += f"{rmse:10.3f} ({mean_nees:.1f})"
     print(row)
+reveal("real", guess)
 
 # %% [markdown]
-# With the real data you should see about 0.14, 0.11, 0.28, 0.16 and 0.28 m for the wide `R`, against 0.4 to 1.1 m of dead reckoning. With the narrow `R` all five
-# are overconfident, and robots 3 and 5 badly so (0.6 and 0.4 m, NEES about 28 and 19): noise mismatch, as in lab 2, on a real machine. Two things are behind it.
+# On the real set 7 you should see about 0.14, 0.11, 0.28, 0.16 and 0.28 m for the wide `R`, against 0.4 to 1.1 m of dead reckoning. With the narrow `R` all five
+# are overconfident, and robots 3 and 5 badly so (0.6 and 0.4 m, NEES about 28 and 19). On the simulated log the wide `R` errs by 0.08 to 0.11 m, dead reckoning by
+# 0.3 to 0.5 m, and the narrow `R` has a NEES of 2.4 to 3.3. It is noise mismatch, as in lab 2, and two things are behind it.
 #
-# - The range error is not *white*: a range that is 20 cm too long is 20 cm too long in the next reading as well (their correlation is above 0.9). Ten readings in a row
-#   are not ten independent opinions, but the filter counts them as such. A wider `R` is the honest answer.
-# - A handful of barcodes are misread: 3 of 4425 for robot 3. The filter then believes in a landmark on the wrong side of the hall. The next cell finds them
-#   without knowing the truth: the three at 370 s. (What follows at 379 s are good readings, which a filter that is 2 m off cannot believe. The simulated log has no
-#   misreads; there the largest NIS is small.)
+# - The range error is not *white*: a range that is 20 cm too long is 20 cm too long in the next reading as well (the correlation of two readings in a row is
+#   above 0.9, in both logs). Ten readings in a row are not ten independent opinions, but the filter counts them as such. A wider `R` is the honest answer.
+# - A few barcodes are misread, three by robot 3, in both logs. The filter then believes in a landmark on the wrong side of the hall. The next cell finds them
+#   without knowing the truth. (On the real set they are at 370 s; what follows at 379 s are good readings, which a filter that is 2 m off cannot believe.)
+#
+# ### Question
+# Look at the NIS that the next cell prints. What would you do with a measurement whose NIS is 300 when 2 is expected? What is the risk of your rule?
 
 # %% tags=["nbval-ignore-output"]
 log = mrclam.with_compass(mrclam.load(robot=3), rng=0)
@@ -434,10 +482,6 @@ for k in worst:
     when = log.times[k + 1]
     print(f"   {when:6.1f} s: NIS {value[k]:6.1f}, with {dof[k]} numbers measured")
 
-# %% [markdown]
-# ### Question
-# What would you do with a measurement whose NIS is 300 when 2 is expected? What is the risk of your rule?
-
 # %% [markdown] id="answer-gate" tags=["answer"] points=2 title="Question on misread measurements"
 # ### BEGIN SOLUTION
 # Leave it out: a *gate* compares the NIS of each landmark with a chi-square bound (9.21 holds 99 % for two numbers) before it is used. That removes the misread
@@ -446,14 +490,23 @@ for k in worst:
 # ### END SOLUTION
 
 # %% [markdown]
-# The sliders work on a recorded real run too; the factor is on the variance. Pretend that you have no truth and use only the third panel: which factor of `R` brings the
-# NIS to 1, and what is the mean NEES then?
-#
-# The two disagree. The NIS sees how much successive readings *scatter*; an error that stays the same for seconds is invisible to it, though not to the NEES. On
-# this robot the NIS alone would talk you into a filter that is far too sure.
+# The sliders work on a recorded run of a robot too; the factor is on the variance, and the third panel is the NIS. Pretend that you have no truth. You make `R` smaller until the NIS per measured number is 1, as lab 2 taught. **Before you run it:** what is the mean NEES then?
+# - (a) About 2: both measure how honest the filter is.
+# - (b) Well below 2.
+# - (c) Well above 2.
 
-# %% tags=["nbval-ignore-output"]
+# %% id="guess-nis-real" tags=["guess", "nbval-ignore-output"]
+guess = "c"
 log = mrclam.with_compass(mrclam.load(robot=1, start=200, duration=120), rng=0)
+print("factor of the wide R   NIS per number   mean NEES")
+for factor in (1, 0.3, 0.1, 0.03):
+    history = on_real_robot(log, factor * R_real)
+    mean_nis, mean_nees = (
+        metrics.mean_nis(history, log),
+        np.nanmean(metrics.nees(history, log)),
+    )
+    print(f"{factor:10g}{mean_nis:24.2f}{mean_nees:14.1f}")
+reveal("nis-real", guess)
 explore(KF, log, kind="nis", Q=Q_real, R=R_real, x0=log.truth[0], P0=0.1**2 * np.eye(2))
 
 # %% [markdown] id="rubric-gate" tags=["hidden"]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from .. import metrics
 from ..canvas import Canvas
 from ..checks.feedback import FilterError
-from ..explorer import Explorer, Screen, button, sliders
 from ..history import History, make_filter, replay
 from ..widgets import moments, player
+from ..widgets.explorer import Explorer, Screen, button, sliders
 from .beliefplots import BeliefPanel, Watched, beliefs_along
 from .fuzzygrid import FuzzyGrid
 from .hybrid import Hybrid

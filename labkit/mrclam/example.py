@@ -1,7 +1,8 @@
 """A small simulated data set in the format of MRCLAM, for those who have no real one at hand.
 
-What the real robots have and these have not: correlated range errors, commands that lead the motion,
-outliers, gaps.  That is the difference that a filter notices.
+It has what makes real robots hard for a filter: ranges whose errors stay the same for seconds, a few barcodes that are
+read as another landmark's, and commands that lead the motion and promise more than comes.  It lacks the gaps of the
+real files, and bearings that are off by radians.
 """
 
 import atexit
@@ -21,6 +22,10 @@ EPOCH = 1.2e9  # [s] stamps are seconds since 1970, as in the real files
 VIEW = 0.55  # [rad] half the camera's field of view
 SIGMA_V, SIGMA_W = 0.03, 0.03  # motion: [m/sqrt(s)] along the heading, [rad/sqrt(s)]
 SIGMA_RANGE, SIGMA_BEARING = 0.15, 0.02  # of one measurement [m], [rad]
+LASTING = 10.0  # [s] in which the error of a landmark's range is forgotten, to a third
+LAG = 2  # steps from a command to the motion
+PROMISED = 1.07  # the speed that is reported, over that which comes
+MISREAD = (0, 1, 3, 1, 3)  # measurements of each robot that carry the barcode of another landmark
 SPURIOUS = (34, 50)  # barcodes that nothing has
 
 
@@ -50,7 +55,7 @@ def write(folder: str | Path, seconds: float = 400, seed: int = 7) -> Path:
         tables[f"Robot{r + 1}_Odometry.dat"] = np.column_stack([stamps, commands[:, r]])[first:]
         looks = np.arange(first, len(stamps), LOOK)
         targets = np.concatenate([poses[looks, :, :2], np.broadcast_to(landmarks, (len(looks), 15, 2))], axis=1)
-        tables[f"Robot{r + 1}_Measurement.dat"] = _look(poses[looks, r], targets, codes, stamps[looks], rng)
+        tables[f"Robot{r + 1}_Measurement.dat"] = _look(poses[looks, r], targets, codes, stamps[looks], MISREAD[r], rng)
     write_set(folder, tables)
     return Path(folder)
 
@@ -58,6 +63,7 @@ def write(folder: str | Path, seconds: float = 400, seed: int = 7) -> Path:
 def _drive(n, rng):
     """Poses (n, 5, 3) and commands (n, 5, 2) of five unicycles that head for random places."""
     pose = np.column_stack([rng.uniform([0, -4], [4, 4], (5, 2)), rng.uniform(-np.pi, np.pi, 5)])
+    told = np.zeros((LAG, 5, 2))  # commands on their way
     goal, poses, commands = rng.uniform([0, -4], [4, 4], (5, 2)), np.empty((n, 5, 3)), np.empty((n, 5, 2))
     noise = np.sqrt(DT) * np.array([SIGMA_V, SIGMA_W]) * rng.standard_normal((n, 5, 2))
     fresh = rng.uniform([0, -4], [4, 4], (n, 5, 2))
@@ -66,7 +72,8 @@ def _drive(n, rng):
         turn = wrap(np.arctan2(dy, dx) - pose[:, 2])
         command = np.column_stack([np.where(abs(turn) < 0.5, 0.12, 0.04), np.clip(turn, -0.5, 0.5)])
         poses[k], commands[k] = pose, command
-        ahead, turned = (DT * command + noise[k]).T
+        ahead, turned = (DT * told[0] / PROMISED + noise[k]).T
+        told = np.concatenate([told[1:], command[None]])
         middle = pose[:, 2] + turned / 2
         pose = pose + np.column_stack([ahead * np.cos(middle), ahead * np.sin(middle), turned])
         goal = np.where(np.hypot(dx, dy)[:, None] < 0.3, fresh[k], goal)
@@ -74,7 +81,7 @@ def _drive(n, rng):
     return poses, commands
 
 
-def _look(pose, targets, codes, stamps, rng):
+def _look(pose, targets, codes, stamps, misread, rng):
     """Rows (time, barcode, range, bearing) of what a robot at `pose` (n, 3) sees of targets (n, 20, 2)."""
     offset = targets - pose[:, None, :2]
     distance = np.hypot(offset[..., 0], offset[..., 1])
@@ -83,5 +90,16 @@ def _look(pose, targets, codes, stamps, rng):
     image, which = np.nonzero(seen)
     n = len(which)
     code = np.where(rng.random(n) < 0.002, rng.choice(SPURIOUS, n), codes[which])
-    noise = np.array([SIGMA_RANGE, SIGMA_BEARING]) * rng.standard_normal((n, 2))
-    return np.column_stack([stamps[image], code, distance[seen] + noise[:, 0], bearing[seen] + noise[:, 1]])
+    wrong = rng.choice(np.flatnonzero(which >= 5), misread, replace=False)
+    code[wrong] = codes[5 + (which[wrong] - 5 + rng.integers(1, 15, misread)) % 15]
+    ranges = distance + SIGMA_RANGE * _lasting(distance.shape, LOOK * DT / LASTING, rng)
+    bearings = bearing[seen] + SIGMA_BEARING * rng.standard_normal(n)
+    return np.column_stack([stamps[image], code, ranges[seen], bearings])
+
+
+def _lasting(shape, forgotten, rng):
+    """Noise (n, m) with variance 1 that each of m landmarks forgets slowly from one look to the next."""
+    noise, kept = rng.standard_normal(shape), np.exp(-forgotten)
+    for k in range(1, len(noise)):
+        noise[k] = kept * noise[k - 1] + np.sqrt(1 - kept**2) * noise[k]
+    return noise

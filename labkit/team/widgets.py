@@ -9,12 +9,12 @@ import ipywidgets as w
 import numpy as np
 
 from ..canvas import Canvas
-from ..explorer import Explorer, Screen, button, sliders
 from ..geometry import align, transform
 from ..history import made, replay
 from ..metrics import nees_per_dimension
 from ..plots import BLUE, GREY, ORANGE, VERMILION
 from ..widgets import moments, player
+from ..widgets.explorer import Explorer, Screen, button, sliders
 from . import scenarios
 from .formation import FormationRun
 from .frame import frame_errors

@@ -9,16 +9,16 @@ import ipywidgets as w
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import metrics
-from .canvas import Canvas
-from .checks.feedback import FilterError
+from .. import metrics
+from ..canvas import Canvas
+from ..checks.feedback import FilterError
+from ..history import START, START_COV, make_filter, of_one_run, replay
+from ..log import Log, simulate
+from ..plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
+from ..robot import HANDOUT_Q, HANDOUT_R, Robot
+from ..validation import as_count
+from ..world import SENSORS, random_map
 from .explorer import Explorer, Kept, Screen, button, sliders
-from .history import START, START_COV, make_filter, of_one_run, replay
-from .log import Log, simulate
-from .plots import ConsistencyPanel, ErrorPanel, MapPanel, ScenePanel, limits
-from .robot import HANDOUT_Q, HANDOUT_R, Robot
-from .validation import as_count
-from .world import SENSORS, random_map
 
 T = TypeVar("T")
 _FACTOR = {"value": 1.0, "min": -3, "max": 3, "step": 0.1, "readout_format": ".3g"}

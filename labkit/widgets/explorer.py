@@ -9,8 +9,8 @@ from typing import Self
 
 import ipywidgets as w
 
-from .canvas import Canvas
-from .checks.feedback import FilterError
+from ..canvas import Canvas
+from ..checks.feedback import FilterError
 
 WIDE = {"style": {"description_width": "150px"}, "layout": {"width": "430px"}}
 
