@@ -470,7 +470,7 @@ def test_the_simulated_robots_have_the_troubles_of_real_ones():
         log = mrclam.read(example.folder(), robot)
         errors = mrclam.range_errors(log)
         far = abs(errors) > 0.75  # five standard deviations
-        assert far.sum() <= misread and (misread == 0 or far.any())
+        assert far.sum() <= misread and (misread < 3 or far.any())
         good = np.where(far, np.nan, errors)
         pairs = [good[log.seen_id == id] for id in log.map.ids]
         before, after = np.concatenate([[one[:-1], one[1:]] for one in pairs if len(one) > 1], axis=1)
