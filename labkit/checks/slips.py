@@ -4,10 +4,11 @@ import ast
 import builtins
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from .operands import Matrices
 
+Outside: TypeAlias = Callable[[str, bool], bool]
 KEPT = {"append", "concatenate", "vstack", "hstack", "stack", "delete", "insert", "transpose", "reshape", "dot"}
 KEPT |= {"matmul", "add", "subtract", "multiply", "divide", "wrap", "inv", "block_diag"}  # change nothing in place
 LIBRARIES = {"np", "numpy", "np.linalg", "numpy.linalg", "linalg", "scipy.linalg"}
@@ -39,8 +40,10 @@ class Method(NamedTuple):
         return Counter(node.id for node in self.all(ast.Name) if isinstance(node.ctx, context))
 
 
-def slips(methods: Sequence[Method], is_outside: Callable[[str], bool]) -> Iterator[str]:
-    """Sentences, what matters most first. is_outside: whether another cell gives this name a value."""
+def slips(methods: Sequence[Method], is_outside: Outside) -> Iterator[str]:
+    """Sentences, what matters most first. is_outside: whether a cell gives this name a value that belongs in an
+    argument or a field; it is told whether a field has that name.
+    """
     for look in (_matrix_class, _entry_by_entry, _gain_order, _dropped, _first_pass, _in_place):
         for method in methods:
             yield from look(method)
@@ -88,15 +91,26 @@ def _matrix_class(method):
 def _entry_by_entry(method):
     are = Matrices(method.node, method.arguments)
     for node in method.all(ast.BinOp):
-        if isinstance(node.op, ast.Mult) and are.matrix(node.left) and are.matrix(node.right):
-            product = f"{_short(node.left)} @ {_short(node.right)}"
-            yield method.say(node, f"`{_short(node)}` multiplies entry by entry. The matrix product is `{product}`.")
-        elif isinstance(node.op, ast.Div) and are.matrix(node.right):
-            inverse = f"np.linalg.inv({_short(node.right)})"
-            yield method.say(node, f"`{_short(node)}` divides entry by entry. The inverse is `{inverse}`, and `@`.")
-        elif isinstance(node.op, ast.Pow) and are.matrix(node.left) and ast.unparse(node.right) in ("-1", "-1.0"):
-            inverse = f"np.linalg.inv({_short(node.left)})"
-            yield method.say(node, f"`{_short(node)}` inverts entry by entry. The inverse is `{inverse}`.")
+        left, right = node.left, node.right
+        if isinstance(node.op, ast.Mult) and are.matrix(left) and are.matrix(right):
+            says = f"multiplies entry by entry. The matrix product is {_product(left, right)}."
+        elif isinstance(node.op, ast.Div) and are.matrix(right) and are.matrix(left):
+            says = f"divides entry by entry. With the inverse it is {_product(left, _inverse(right))}."
+        elif isinstance(node.op, ast.Div) and are.matrix(right):
+            says = f"divides entry by entry. The inverse is `{_short(_inverse(right))}`."
+        elif isinstance(node.op, ast.Pow) and are.matrix(left) and ast.unparse(right) in ("-1", "-1.0"):
+            says = f"inverts entry by entry. The inverse is `{_short(_inverse(left))}`."
+        else:
+            continue
+        yield method.say(node, f"`{_short(node)}` {says}")
+
+
+def _product(left, right):
+    return f"`{_cut(ast.unparse(ast.BinOp(left, ast.MatMult(), right)), 60)}`"
+
+
+def _inverse(node):
+    return ast.Call(ast.parse("np.linalg.inv", mode="eval").body, [node], [])
 
 
 def _gain_order(method):
@@ -154,7 +168,7 @@ def _in_place(method):
                 )
 
 
-def _outside(method, is_outside: Callable[[str], bool], fields: Mapping[str, str]):
+def _outside(method, is_outside: Outside, fields: Mapping[str, str]):
     local = {*method.names(ast.Store), *dir(builtins), *(node.arg for node in method.all(ast.arg))}
     local |= {node.name for node in method.all(ast.FunctionDef, ast.ClassDef, ast.ExceptHandler)}
     local |= {alias.asname or alias.name for node in method.all(ast.Import, ast.ImportFrom) for alias in node.names}
@@ -162,11 +176,11 @@ def _outside(method, is_outside: Callable[[str], bool], fields: Mapping[str, str
     for node in method.all(ast.Name):
         name = node.id
         constant = name.isupper() and len(name) > 1 and name not in fields
-        if name not in local and not constant and is_outside(name):
+        if name not in local and not constant and is_outside(name, name in fields):
             local.add(name)
             use = f"use `self.{_cut(fields[name])}`" if method.bound and name in fields else "take it from an argument"
             use += " or from `self`" if method.bound and name not in fields else ""
-            yield method.say(node, f"`{_cut(name)}` is the notebook's, from another cell: {use}.")
+            yield method.say(node, f"`{_cut(name)}` is a global of the notebook: {use}.")
 
 
 def _kept(method):

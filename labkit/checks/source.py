@@ -12,14 +12,14 @@ import sys
 import textwrap
 import types
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import islice
 from typing import Any
 
 from .feedback import is_library
 from .hints import fold
-from .slips import Method, odd, slips
+from .slips import Method, Outside, odd, slips
 
 LONGEST = 100_000  # characters of a cell that is read
 MOST = 2  # sentences: who mends two slips runs the check again
@@ -34,7 +34,13 @@ def notes_on(subject: Any) -> list[str]:
     if not nodes or len(nodes) < len(functions) or any(map(_is_stub, nodes)):  # known in part: nothing is sure
         return []
     names = functions[0].__globals__
-    return _said([Method(node, inspect.isclass(subject)) for node in nodes], lambda name: _is_data(names.get(name)))
+
+    def is_outside(name, has_field):
+        value = names.get(name)
+        tool = value is None or callable(value) or inspect.ismodule(value)
+        return not tool and (has_field or not isinstance(value, int | float | str))  # a number may well be a constant
+
+    return _said([Method(node, inspect.isclass(subject)) for node in nodes], is_outside)
 
 
 def notes_in(trees: Sequence[ast.Module], name: str) -> list[str]:
@@ -44,7 +50,10 @@ def notes_in(trees: Sequence[ast.Module], name: str) -> list[str]:
         return []
     bound = isinstance(node, ast.ClassDef)
     nodes = [one for one in (node.body if bound else [node]) if isinstance(one, ast.FunctionDef)]
-    return _said([Method(one, bound) for one in nodes], set(_assigned(trees)).__contains__)
+    data = dict(_assigned(trees))
+    return _said(
+        [Method(one, bound) for one in nodes], lambda name, has_field: name in data and (has_field or data[name])
+    )
 
 
 def definitions(trees: Iterable[ast.Module]) -> dict[str, ast.FunctionDef | ast.ClassDef]:
@@ -86,7 +95,7 @@ def functions_of(subject: Any) -> Iterator[types.FunctionType]:
         yield from (member for member in vars(cls).values() if inspect.isfunction(member))
 
 
-def _said(methods: Sequence[Method], is_outside: Callable[[str], bool]) -> list[str]:
+def _said(methods: Sequence[Method], is_outside: Outside) -> list[str]:
     said: dict[str, None] = {}
     with suppress(*UNREADABLE):
         for found in (slips(methods, is_outside), odd(methods)):
@@ -109,19 +118,15 @@ def _node_of(code):
     return ast.increment_lineno(tree.body[0], code.co_firstlineno - 1)
 
 
-def _is_data(value):
-    """Whether it is what a cell computed, and not a tool: the lab's functions, classes and modules."""
-    return value is not None and not callable(value) and not inspect.ismodule(value)
-
-
 def _assigned(trees):
-    """The names that statements at the top of cells give a value other than a tool."""
+    """(name, whether it is more than a number or a text) of what cells give a value at their top, but for tools."""
     for node in (node for tree in trees for node in tree.body):
         value = getattr(node, "value", None)
         if isinstance(node, ast.Assign) and isinstance(value, DATA) and "load_answer" not in ast.dump(value):
-            yield from (n.id for target in node.targets for n in ast.walk(target) if isinstance(n, ast.Name))
+            found = [n.id for target in node.targets for n in ast.walk(target) if isinstance(n, ast.Name)]
+            yield from ((name, not isinstance(value, ast.Constant)) for name in found)
         elif isinstance(node, ast.For):
-            yield from (n.id for n in ast.walk(node.target) if isinstance(n, ast.Name))
+            yield from ((n.id, False) for n in ast.walk(node.target) if isinstance(n, ast.Name))
 
 
 def _is_stub(node):

@@ -1,6 +1,7 @@
 """The page about the whole class: what went wrong for how many, and what to explain again next week."""
 
 import math
+import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from statistics import median
@@ -47,13 +48,17 @@ class Mistake(NamedTuple):
 
 
 class Coded(NamedTuple):
-    """What became of a check that is run; share: of those who passed, 0 to 1."""
+    """What became of a check that is run; share: of those who passed, 0 to 1.
+
+    before: (name, students) of the functions that those who failed have to mend first.
+    """
 
     check: Check
     passed: int
     failed: int
     other: int
     share: float
+    before: list[tuple[str, int]]
 
 
 class Written(NamedTuple):
@@ -151,7 +156,15 @@ def _mistakes(graded: Sequence[Result], checks: Sequence[Check]) -> list[Mistake
 def _coded(check: Check, marks: Sequence[Mark]) -> Coded:
     count = Counter(mark.status for mark in marks)
     passed, failed = count[PASSED], count[FAILED]
-    return Coded(check, passed, failed, len(marks) - passed - failed, passed / len(marks) if marks else 0.0)
+    reports = [] if check.hidden else [" ".join(mark.lines) for mark in marks if mark.status == FAILED]
+    before = Counter(name for report in reports for name in _first_to_mend(report))
+    share = passed / len(marks) if marks else 0.0
+    return Coded(check, passed, failed, len(marks) - passed - failed, share, before.most_common())
+
+
+def _first_to_mend(report: str) -> set[str]:
+    told = re.search(r"First mend ([^:]+):", report)
+    return set(re.findall(r"`\w+`", told[1])) if told else set()
 
 
 def _written(check: Check, marks: Sequence[Mark]) -> Written:

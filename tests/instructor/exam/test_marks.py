@@ -165,6 +165,21 @@ def test_a_lab_is_whole_in_its_hidden_checks(lab):
         assert all(word in titles for word in words)
 
 
+def test_a_failed_check_says_what_to_mend_first_and_shows_slips_of_the_text(box):
+    """From the cells alone: the student's own words about them would not be believed."""
+    lab = "03_range_bearing_ekf"
+    sheet, edits = paper.read(lab), [("-dx / r, -dy / r", "dx / r, dy / r"), ("+ K @ innovation", "+ K * K")]
+    cells = submission.assemble(sheet.released, cells_of(filled(lab, edits))).cells
+    student = proxy.Student(box, proxy.Notebook(cells), sheet.subjects)
+    try:
+        with pytest.raises(CheckError) as caught:
+            Exam(lab).check("range-bearing-kf", student.find("KF"))
+    finally:
+        student.end()
+    assert "First mend `jacobian`: its own check does not pass yet." in caught.value.details
+    assert any("`K * K` multiplies entry by entry." in line for line in caught.value.details)
+
+
 def test_what_is_drawn_is_the_students_own_and_can_be_repeated():
     exam = Exam(LABS[0])
     exam.current = "grade-other-map"

@@ -50,6 +50,21 @@ def test_odd_classes():
     assert "No known mistake" in text and "level 4" in text
 
 
+def test_what_has_to_be_mended_first_is_counted_at_the_check_that_it_spoils():
+    lines = (
+        "In `update`, line 3: `S.I`: an array",
+        "has no `.I`.",
+        "First mend `h` and `jacobian`: their own checks",
+        "do",
+    )
+    marks = [Mark("kf-one", 0, 3, records.FAILED, "Not yet right.", some) for some in (lines, lines, ("no",))]
+    marks[1:1] = [Mark("kf-one", 0, 3, records.FAILED, "Not yet right.", ("First mend `jacobian`: its own",))]
+    hidden = Mark("kf-map", 0, 4, records.FAILED, "No.", lines)
+    seen = sound(make_class_page([Result(f"Ada {n}", marks=[mark, hidden]) for n, mark in enumerate(marks)]))
+    assert re.search(r"KF: one landmark\s*first to mend: jacobian \(3\), h \(2\)", " ".join(seen.text.split()))
+    assert seen.text.count("first to mend") == 1
+
+
 def test_nothing_leaks_of_hidden_checks():
     shown = Mark("kf-map", 0, 4, records.FAILED, "It fails on another map.", ("SECRET-LINE",))
     assert "SECRET" not in make_class_page([Result("Ada", marks=[shown])])
