@@ -94,7 +94,7 @@ def _first_to_mend(data, subject):
         except CheckError:
             return True
 
-    return first_to_mend(functions, fails)
+    return first_to_mend(functions, fails, lambda name: used(functions[name]))
 
 
 def is_of(data: Data, name: str) -> bool:

@@ -31,10 +31,17 @@ def _names(code):
     return [*code.co_names, *inner]
 
 
-def first_to_mend(names: Iterable[str], fails: Callable[[str], bool]) -> list[str]:
-    """The line about functions that an answer uses and that do not pass their own checks; [] if there are none."""
-    told = [f"`{name}`" for name in sorted(names) if fails(name)]
-    if not told:
+def first_to_mend(
+    names: Iterable[str], fails: Callable[[str], bool], uses: Callable[[str], Iterable[str]]
+) -> list[str]:
+    """The line about functions that an answer uses and that do not pass their own checks; [] if there are none.
+
+    uses: what each of them uses in turn: of two that fail, one of which uses the other, the other is first.
+    """
+    wrong = [name for name in sorted(names) if fails(name)]
+    first = [name for name in wrong if not set(wrong) & set(uses(name)) - {name}] or wrong
+    if not first:
         return []
-    own = "its own check does" if len(told) == 1 else "their own checks do"
-    return fold(f"First mend {' and '.join(told)}: {own} not pass yet.")
+    told = " and ".join(f"`{name}`" for name in first)
+    own = "its own check does" if len(first) == 1 else "their own checks do"
+    return fold(f"First mend {told}: {own} not pass yet.")

@@ -11,6 +11,7 @@ from .operands import Matrices
 Outside: TypeAlias = Callable[[str, bool], bool]
 KEPT = {"append", "concatenate", "vstack", "hstack", "stack", "delete", "insert", "transpose", "reshape", "dot"}
 KEPT |= {"matmul", "add", "subtract", "multiply", "divide", "wrap", "inv", "block_diag"}  # change nothing in place
+BARE = {"append", "concatenate", "vstack", "hstack", "wrap", "inv", "block_diag"}  # by such a name nobody means another
 LIBRARIES = {"np", "numpy", "np.linalg", "numpy.linalg", "linalg", "scipy.linalg"}
 
 
@@ -82,7 +83,7 @@ def _cut(text, most=40):
 
 def _matrix_class(method):
     for node in method.all(ast.Attribute):
-        if node.attr in ("matrix", "mat", "asmatrix") and isinstance(node.value, ast.Name):
+        if node.attr in ("matrix", "mat", "asmatrix") and getattr(node.value, "id", "") in ("np", "numpy"):
             yield method.say(node, f"`{_short(node)}` makes another type, with shapes of its own: use `np.array`.")
         elif node.attr == "I" and not _field(node):
             yield method.say(node, f"`{_short(node)}`: an array has no `.I`. The inverse is `np.linalg.inv(...)`.")
@@ -140,7 +141,11 @@ def _dropped(method):
             yield method.say(node, f"`{_short(value)}` compares and stores nothing: `=` stores.")
         elif isinstance(value, ast.BinOp) or (
             _called(value) in KEPT
-            and (isinstance(value.func, ast.Name) or ast.unparse(value.func.value) in LIBRARIES)
+            and (
+                _called(value) in BARE
+                if isinstance(value.func, ast.Name)
+                else ast.unparse(value.func.value) in LIBRARIES
+            )
             and not any(keyword.arg == "out" for keyword in value.keywords)
         ):
             yield method.say(node, f"what `{_short(value)}` gives is not kept: no `=` stores it.")
@@ -163,9 +168,8 @@ def _in_place(method):
             part = isinstance(target, ast.Subscript)
             name = getattr(target.value if part else target, "id", "")
             if name in callers and (part or isinstance(node, ast.AugAssign)):
-                yield method.say(
-                    node, f"`{_short(node)}` changes the caller's `{_cut(name)}` too, where that is an array."
-                )
+                where = "" if part else ", where that is an array"
+                yield method.say(node, f"`{_short(node)}` changes the caller's `{_cut(name)}` too{where}.")
 
 
 def _outside(method, is_outside: Outside, fields: Mapping[str, str]):

@@ -89,10 +89,11 @@ def newest_is_broken(name: str) -> bool:
 
 def functions_of(subject: Any) -> Iterator[types.FunctionType]:
     """A student's function itself, or the methods of a class."""
-    if inspect.isfunction(subject):
-        yield subject
-    for cls in getattr(subject, "__mro__", ()):
-        yield from (member for member in vars(cls).values() if inspect.isfunction(member))
+    members = [subject, *(member for cls in getattr(subject, "__mro__", ()) for member in vars(cls).values())]
+    for member in members:
+        inner = getattr(member, "fget", None) if isinstance(member, property) else getattr(member, "__func__", member)
+        if inspect.isfunction(inner):
+            yield inner
 
 
 def _said(methods: Sequence[Method], is_outside: Outside) -> list[str]:

@@ -22,7 +22,7 @@ def beside(subject: str, cells: Sequence[Mapping[str, Any]], seen: Mapping[str, 
         texts = [cell["source"] for cell in cells if cell["code"]]
         if sum(map(len, texts)) <= 3 * LONGEST:
             trees = [tree for text in texts if (tree := parsed(text))]
-            error.add([*_first_to_mend(_used(trees, subject), seen), *notes_in(trees, subject)])
+            error.add([*_first_to_mend(trees, subject, seen), *notes_in(trees, subject)])
         raise
 
 
@@ -33,14 +33,14 @@ def found_or_raised(found: Any) -> Any:
     return found
 
 
-def _first_to_mend(names, seen):
+def _first_to_mend(trees, subject, seen):
     data = {check: checks.stored(check) for check in seen}
 
     def fails(name):
         mine = {check: what for check, what in seen.items() if checks.is_of(data[check], name)}
         return any(isinstance(what, Exception) or checks.wrong(data[check], what) for check, what in mine.items())
 
-    return first_to_mend(names, fails)
+    return first_to_mend(_used(trees, subject), fails, lambda name: _used(trees, name))
 
 
 def _used(trees: Sequence[ast.Module], subject: str) -> Iterable[str]:
