@@ -46,8 +46,8 @@ def test_a_mistake_fails_and_an_unreadable_file_weighs_more(tmp_path, capsys):
 def test_an_unfilled_notebook_is_still_to_be_written(tmp_path, capsys):
     status, out, _ = run(capsys, save(tmp_path / f"{LAB2}.ipynb", released(LAB2, fill=False)))
     assert status == 1
-    assert sum("FAIL" in line and "still to be written" in line for line in out) == 3
-    assert out[-1] == "0 of 3 checks passed."
+    assert sum("FAIL" in line and "still to be written" in line for line in out) == 4
+    assert out[-1] == "0 of 4 checks passed."
 
 
 def test_an_endless_loop_is_named_with_its_line(tmp_path, capsys):
