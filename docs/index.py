@@ -7,7 +7,7 @@ from house import PAGE, ROOT, WING, modules
 MARK = "<!-- from here on: python docs/index.py -->\n"
 TITLES = {
     "": "`labkit/`: the world, the run, the pictures",
-    "legged": "`labkit/legged/`: lab 4's football field",
+    "legged": "`labkit/legged/`: the football field of labs 4 and 5",
     "team": "`labkit/team/`: the hall of labs 6 to 8",
     "mrclam": "`labkit/mrclam/`: real robots",
     "checks": "`labkit/checks/`: what tells a student what is wrong",

@@ -11,7 +11,7 @@ from .hybrid import Hybrid
 from .memory import Memory, PastSightings, poses_around
 from .noise import HARSH, PAPER, PRESETS, REAL, Noise
 from .particles import ParticleFilter
-from .race import race, table
+from .race import race, steps_until_found, table
 from .robot import FieldLog, LeggedRobot, Sighting
 from .triangulation import Triangulation
 
@@ -20,8 +20,11 @@ __getattr__, __dir__ = lazily(
     globals(),
     explore="widgets",
     play="widgets",
+    plot_cells="raceplots",
     plot_experiment="walkplots",
+    plot_possible="beliefplots",
     plot_race="raceplots",
     show_beliefs="beliefplots",
+    show_frames="frames",
     show_walk="walkplots",
 )

@@ -8,10 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from ..geometry import Motion, ellipse
+from ..geometry import Array, Motion, Point, ellipse
 from ..history import replay
 from ..plots import BLUE, GREEN, VERMILION, arrow
+from ..world import Landmark
 from .field import FIELD, Field
+from .fuzzygrid import FuzzyGrid
 from .robot import FOV, FieldLog
 from .walkplots import draw_field, pen_lifted
 
@@ -117,6 +119,18 @@ class Watched:
         self.localizer.update(y)
         self.k += 1
         self.note(self.k)
+
+
+def plot_possible(ax: Axes, grid: FuzzyGrid, possible: Array, landmark: Landmark, robot: Point) -> None:
+    """How possible each cell of a grid is (its shape), the landmark that was seen last, and the robot (2,) [m]."""
+    ax.pcolormesh(grid.x, grid.y, possible, cmap="Greens", vmin=0, vmax=1)
+    ax.plot(*landmark.p, "k*", ms=12, label="landmark")
+    ax.plot(*robot, "+", color=BLUE, ms=12, mew=2, label="robot")
+    half = grid.field.half + 0.2
+    ax.set(aspect="equal", xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), xlabel="x [m]", ylabel="y [m]")
+    ax.label_outer()
+    if ax.get_subplotspec().is_first_col():
+        ax.figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
 def show_beliefs(localizer: Any, log: FieldLog, steps: Sequence[int] = (0, 1, 4, 10, 20, 60)) -> None:

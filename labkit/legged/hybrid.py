@@ -21,6 +21,8 @@ class Hybrid:
     background: with n > 0 the finder goes on working at every n-th step, so that it is ready when it is needed;
              with 0 it sleeps, and starts from nothing.
 
+    `switches` counts how often one has handed over to the other.
+
     Source: the paper, section 5.
     """
 
@@ -44,7 +46,7 @@ class Hybrid:
         self.background, self.quality, self.size, self.frames, self.memory = (background, quality, size, frames, memory)
         self.tracker: Any = None
         self.d2: list[float] = []
-        self.good, self._step, self._odometry = 0, 0, np.zeros(3)
+        self.good, self.switches, self._step, self._odometry = 0, 0, 0, np.zeros(3)
 
     @property
     def mode(self) -> str:
@@ -94,6 +96,7 @@ class Hybrid:
         if self.good >= self.frames:
             self.tracker = self.follow(self.finder.xk_k, self.finder.Pk_k)
             self.good, self.d2, self._odometry = 0, [], np.zeros(3)
+            self.switches += 1
 
     def _give_up(self):
         if self.background:
@@ -102,3 +105,4 @@ class Hybrid:
         else:
             self.finder.reset()
         self.tracker, self.good, self.d2 = None, 0, []
+        self.switches += 1

@@ -1,4 +1,4 @@
-"""What lab 4's answers can be given: see `labkit.checks.kinds`."""
+"""What the answers of labs 4 and 5 can be given: see `labkit.checks.kinds`."""
 
 from ..checks.kinds import LANDMARK, fields, many, point, run
 from ..world import Map

@@ -41,6 +41,23 @@ def plot_race(axes: Sequence[Axes], results: Sequence[Result]) -> None:
     left.figure.legend(loc="outside lower center", ncols=min(4, len(results)), fontsize=9, frameon=False)
 
 
+def plot_cells(sizes: Sequence[float], results: Sequence[Result]) -> None:
+    """Mean tracking error and computing time of grids whose cells are `sizes` [m] wide."""
+    import matplotlib.pyplot as plt
+
+    centimetres = [100 * size for size in sizes]
+    _, axes = plt.subplots(1, 2, figsize=(9, 2.9), layout="constrained")
+    for ax, values, color, label in [
+        (axes[0], [100 * r.tracking.mean() for r in results], VERMILION, "mean error [cm]"),
+        (axes[1], [1e3 * r.seconds for r in results], BLUE, "computing time per step [ms]"),
+    ]:
+        ax.plot(centimetres, values, "o-", color=color)
+        ax.set(xscale="log", ylim=(0, 1.15 * max(values)), xlabel="width of a cell [cm]", ylabel=label)
+        ax.set_xticks(centimetres, [f"{size:g}" for size in centimetres])
+        ax.xaxis.set_minor_locator(NullLocator())
+    plt.show()
+
+
 def _axes_of_cost(ax, dots):
     """Logarithmic axes with plain numbers, and room beside the dots."""
     x, y = zip(*((x, y) for x, y, _ in dots))

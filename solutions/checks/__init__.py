@@ -3,7 +3,17 @@
 Only maintainers need this: `labkit build` turns it into the numbers in labkit/checks/data.
 """
 
-from . import cartesian, cartesian_parts, legged, legged_parts, mismatch, range_bearing, range_bearing_parts, team
+from . import (
+    cartesian,
+    cartesian_parts,
+    fuzzy,
+    legged,
+    legged_parts,
+    mismatch,
+    range_bearing,
+    range_bearing_parts,
+    team,
+)
 
 CHECKS = [
     *cartesian_parts.CHECKS,
@@ -13,5 +23,6 @@ CHECKS = [
     *range_bearing.CHECKS,
     *legged_parts.CHECKS,
     *legged.CHECKS,
+    *fuzzy.CHECKS,
     *team.CHECKS,
 ]

@@ -1,4 +1,4 @@
-"""Lab 4: the extended Kalman filter with odometry, a variable number of sightings and a gate."""
+"""Lab 4: the extended Kalman filter, first with one sighting, then with a variable number of them and a gate."""
 
 import numpy as np
 
@@ -6,17 +6,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 from labkit.geometry import compose
 from labkit.legged import LeggedRobot
 
-from .legged_parts import (
-    ANALYTIC,
-    FIELD,
-    JACOBIAN_MISTAKES,
-    JACOBIANS_MISTAKES,
-    LAB,
-    MOTION_MISTAKES,
-    NOISE,
-    STACK_MISTAKES,
-    Y,
-)
+from .legged_parts import ANALYTIC, FIELD, JACOBIAN_MISTAKES, LAB, NOISE, STACK_MISTAKES, Y
 from .probes import pose_probing, seen_from
 
 STATE = ["xk_k", "Pk_k", "d2"]
@@ -50,19 +40,7 @@ def walk(seed, steps=20, every=5):
 
 
 STEP, BACK = [0.3, -0.12, 0.2], [-0.1, 0.2, -0.3]
-SCENARIOS = [
-    scenario("predict", "predict, one step", [("predict", STEP)], P=SMALL),
-    scenario(
-        "predict-turned", "predict for a robot that faces backward", [("predict", STEP)], x0=[0.4, -0.7, 2.6], P=SMALL
-    ),
-    scenario("stand", "predict for a robot that stands: it may still slip", [("predict", [0.0, 0.0, 0.0])], P=SMALL),
-    scenario(
-        "over",
-        "predict two steps, across 180 degrees",
-        [("predict", STEP), ("predict", BACK)],
-        x0=[0.4, -0.7, 3.05],
-        P=SMALL,
-    ),
+ALL = [
     scenario("empty", "update without a landmark changes nothing", [("update", [])]),
     scenario("one", "update with one landmark", [("update", [Y[0]])]),
     scenario("partial", "update with a landmark that is cut off", [("update", [Y[2]])]),
@@ -86,11 +64,8 @@ SCENARIOS = [
     scenario("twice", "two updates, one after the other, the second empty", [("update", [Y[0]]), ("update", [])]),
     walk(3),
 ]
+ALONE = ("empty", "one", "partial", "edge", "wrap", "beyond", "twice")  # one landmark at most, within the gate
 
-FLOOR = "floor = np.array([self.noise.slip, self.noise.slip, self.noise.spin])"
-Q = "Q = np.diag((self.noise.odometry * np.abs(u) + floor) ** 2)"
-MOVE_X, MOVE_P = "self.xk_k = motion(self.xk_k, u)", "self.Pk_k = A @ self.Pk_k @ A.T + W @ Q @ W.T"
-JAC = "A, W = motion_jacobians(self.xk_k, u)"
 APPEND = "self.d2.append(nu[block] @ np.linalg.solve(S[block, block], nu[block]))"
 KEEP = "keep = np.repeat(np.array(self.d2) < self.gate, 2)"
 S = "S = H @ self.Pk_k @ H.T + R"
@@ -123,77 +98,59 @@ RIGHT = [
 ]
 
 # What parts have to say about themselves they say in their own checks; these show in the filter as well.
-PARTS = (
-    [m for m in MOTION_MISTAKES if m.id in ("world-frame", "turned-back", "new-heading", "ahead-only")]
-    + [m for m in JACOBIANS_MISTAKES if m.id in ("w-turned-back",)]
-    + [m for m in JACOBIAN_MISTAKES if m.id in ("half", "no-heading")][:1]
-    + [m for m in STACK_MISTAKES if m.id in ("innovation-not-wrapped", "not-squared", "never-partial")]
-)
+PARTS = [m for m in JACOBIAN_MISTAKES if m.id in ("half", "no-heading")][:1] + [
+    m for m in STACK_MISTAKES if m.id in ("innovation-not-wrapped", "not-squared", "never-partial")
+]
+
+ONE_MISTAKES = [
+    Mistake(
+        "empty-crash",
+        "`update` does not expect an empty list: with no landmark in view there is nothing to correct.",
+        [(GUARD, "")],
+    ),
+    Mistake("heading-not-wrapped", "After the update the heading is outside (-pi, pi]: wrap it.", [(WRAPX, "")]),
+    Mistake(
+        "position-wrapped",
+        "The whole pose is wrapped, metres included: only the heading is an angle.",
+        [(WRAPX, "        self.xk_k = wrap(self.xk_k)\n")],
+    ),
+    Mistake(
+        "x-not-corrected",
+        "`update` leaves the pose as it was: is the corrected one assigned to self.xk_k?",
+        [(X, "self.xk_k + K @ nu")],
+    ),
+    Mistake("sign", "The correction points the wrong way: add K nu.", [(X, X.replace("+ K", "- K"))]),
+    Mistake("x-replaced", "The correction replaces the pose: add it to the prediction.", [(X, "self.xk_k = K @ nu")]),
+    Mistake(
+        "p-not-updated",
+        "`update` leaves the covariance as it was: a sighting makes the pose more certain.",
+        [(P, "pass")],
+    ),
+    Mistake(
+        "p-half-joseph",
+        "The second half of the Joseph form is missing: (I - K H) P (I - K H)' + K R K'.",
+        [(P, "self.Pk_k = I_KH @ self.Pk_k @ I_KH.T")],
+    ),
+    Mistake(
+        "p-plus",
+        "I + K H instead of I - K H: the covariance grows in `update`.",
+        [("I_KH = np.eye(3) - K @ H", "I_KH = np.eye(3) + K @ H")],
+    ),
+    Mistake(
+        "s-without-r",
+        "R is missing in S: the innovation is uncertain because of the estimate (H P H') and of the sensor (R).",
+        [(S, "S = H @ self.Pk_k @ H.T + 1e-9 * np.eye(len(nu))")],
+    ),
+    Mistake("s-without-p", "H P H' is missing in S: S = H P H' + R.", [(S, "S = R.copy()")]),
+    Mistake(
+        "gain-inverts-r",
+        "The gain inverts R instead of S = H P H' + R.",
+        [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(R)")],
+    ),
+    Mistake("gain-not-inverted", "S is not inverted in the gain: K = P H' S^-1.", [(K, "K = self.Pk_k @ H.T @ S")]),
+]
 
 MISTAKES = [
-    Mistake(
-        "moved-first",
-        "The Jacobians are taken at the pose *after* the step: compute A and W before you move.",
-        [(JAC, "pass"), (MOVE_X, f"{MOVE_X}\n        {JAC}")],
-    ),
-    Mistake(
-        "q-not-turned",
-        "Q is added as it is (or W is the identity): it is in the robot's frame, and W Q W' turns it into the world.",
-        [(MOVE_P, MOVE_P.replace("W @ Q @ W.T", "Q"))],
-    ),
-    Mistake("w-one-side", "W stands on one side only: W Q W'.", [(MOVE_P, MOVE_P.replace("W @ Q @ W.T", "W @ Q"))]),
-    Mistake(
-        "p-without-a",
-        "P is not carried along by A (or A is the identity): A P A' + W Q W'. An error of the heading becomes one of the position when "
-        "the robot walks.",
-        [(MOVE_P, MOVE_P.replace("A @ self.Pk_k @ A.T", "self.Pk_k"))],
-    ),
-    Mistake(
-        "a-one-side",
-        "A stands on one side only: A P A'.",
-        [(MOVE_P, MOVE_P.replace("A @ self.Pk_k @ A.T", "A @ self.Pk_k"))],
-    ),
-    Mistake(
-        "a-transposed",
-        "A' P A instead of A P A'.",
-        [(MOVE_P, MOVE_P.replace("A @ self.Pk_k @ A.T", "A.T @ self.Pk_k @ A"))],
-    ),
-    Mistake(
-        "q-forgotten",
-        "Q is missing in predict: without it the filter becomes surer than it can be.",
-        [(MOVE_P, "self.Pk_k = A @ self.Pk_k @ A.T")],
-    ),
-    Mistake(
-        "q-not-squared", "Q holds standard deviations: a covariance holds their squares.", [(Q, Q.replace(" ** 2", ""))]
-    ),
-    Mistake(
-        "q-of-paper",
-        "This is the paper's Q, linear in |u|: a variance is the *square* of noise.odometry |u| + floor.",
-        [(Q, "Q = np.diag(self.noise.odometry * np.abs(u))")],
-    ),
-    Mistake(
-        "no-floor",
-        "The floor is missing: a robot that stands, or walks straight ahead, still slips a little in every direction.",
-        [(Q, Q.replace(" + floor", ""))],
-    ),
-    Mistake(
-        "floor-of-variance",
-        "The standard deviations are added before they are squared: (noise.odometry |u| + floor)^2.",
-        [(Q, "Q = np.diag((self.noise.odometry * u) ** 2 + floor**2)")],
-    ),
-    Mistake(
-        "no-abs",
-        "The odometry's sign is kept: a step backward has noise as well, so use |u|.",
-        [(Q, Q.replace("np.abs(u)", "u"))],
-    ),
-    Mistake(
-        "slip-and-spin",
-        "slip and spin are mixed up: slip is of the position (ahead and to the left), spin of the heading.",
-        [(FLOOR, "floor = np.array([self.noise.slip, self.noise.spin, self.noise.spin])")],
-        [(FLOOR, "floor = np.array([self.noise.spin, self.noise.spin, self.noise.slip])")],
-    ),
-    Mistake("x-not-moved", "`predict` leaves the pose as it was.", [(MOVE_X, "motion(self.xk_k, u)")]),
-    Mistake("p-not-predicted", "`predict` leaves the covariance as it was.", [(MOVE_P, "pass")]),
     Mistake(
         "no-gate",
         "There is no gate: sightings with a d2 of self.gate or more are left out.",
@@ -242,7 +199,7 @@ MISTAKES = [
     ),
     Mistake(
         "d2-not-kept",
-        "`self.d2` stays empty: keep the d2 of every landmark in view, you will need them in section 8.",
+        "`self.d2` stays empty: keep the d2 of every landmark in view, you will need them in lab 5.",
         [(NONE, NONE.replace("        if", "        self.d2 = []\n        if", 1))],
     ),
     Mistake(
@@ -266,51 +223,6 @@ MISTAKES = [
             )
         ],
     ),
-    Mistake(
-        "empty-crash",
-        "`update` does not expect an empty list: with no landmark in view there is nothing to correct.",
-        [(GUARD, "")],
-    ),
-    Mistake("heading-not-wrapped", "After the update the heading is outside (-pi, pi]: wrap it.", [(WRAPX, "")]),
-    Mistake(
-        "position-wrapped",
-        "The whole pose is wrapped, metres included: only the heading is an angle.",
-        [(WRAPX, "        self.xk_k = wrap(self.xk_k)\n")],
-    ),
-    Mistake(
-        "x-not-corrected",
-        "`update` leaves the pose as it was: is the corrected one assigned to self.xk_k?",
-        [(X, "self.xk_k + K @ nu")],
-    ),
-    Mistake("sign", "The correction points the wrong way: add K nu.", [(X, X.replace("+ K", "- K"))]),
-    Mistake("x-replaced", "The correction replaces the pose: add it to the prediction.", [(X, "self.xk_k = K @ nu")]),
-    Mistake(
-        "p-not-updated",
-        "`update` leaves the covariance as it was: a sighting makes the pose more certain.",
-        [(P, "pass")],
-    ),
-    Mistake(
-        "p-half-joseph",
-        "The second half of the Joseph form is missing: (I - K H) P (I - K H)' + K R K'.",
-        [(P, "self.Pk_k = I_KH @ self.Pk_k @ I_KH.T")],
-    ),
-    Mistake(
-        "p-plus",
-        "I + K H instead of I - K H: the covariance grows in `update`.",
-        [("I_KH = np.eye(3) - K @ H", "I_KH = np.eye(3) + K @ H")],
-    ),
-    Mistake(
-        "s-without-r",
-        "R is missing in S: the innovation is uncertain because of the estimate (H P H') and of the sensor (R).",
-        [(S, "S = H @ self.Pk_k @ H.T + 1e-9 * np.eye(len(nu))")],
-    ),
-    Mistake("s-without-p", "H P H' is missing in S: S = H P H' + R.", [(S, "S = R.copy()")]),
-    Mistake(
-        "gain-inverts-r",
-        "The gain inverts R instead of S = H P H' + R.",
-        [(K, "K = self.Pk_k @ H.T @ np.linalg.inv(R)")],
-    ),
-    Mistake("gain-not-inverted", "S is not inverted in the gain: K = P H' S^-1.", [(K, "K = self.Pk_k @ H.T @ S")]),
 ]
 
 PLACES = {id: place for id, *place in FIELD}
@@ -333,4 +245,10 @@ PROBING = pose_probing(
     ["yellow goal", "pink-yellow", "blue goal", "yellow-pink", "pink-blue"],
     lambda id, z: ("legged.sightings", [id, *z, False], 1),
 )
-CHECKS = [Check("legged-ekf", LAB, "EKF", "filter", SCENARIOS, RIGHT, PARTS + MISTAKES, PROBING)]
+ONE = [{**s, "look": ["xk_k", "Pk_k"]} for s in ALL if s["id"] in ALONE]  # before there are a gate and its d2
+MANY = [s for s in ALL if s["id"] not in ("empty", "one", "partial", "edge")]
+PROBING_ONE = {**PROBING, "probes": [probe for probe in PROBING["probes"] if "after" not in probe]}  # no gate yet
+CHECKS = [
+    Check("legged-one", LAB, "EKF", "filter", ONE, RIGHT, PARTS + ONE_MISTAKES, PROBING_ONE),
+    Check("legged-ekf", LAB, "EKF", "filter", MANY, RIGHT, MISTAKES + ONE_MISTAKES, PROBING),
+]

@@ -426,318 +426,88 @@ STACK_MISTAKES = [
     ),
 ]
 
-ANGLES = [-3.1, -2.0, -0.9, -0.55, -0.3, 0.0, 0.25, 0.5, 0.7, 1.2, 2.9, 3.1]
-MEMBERSHIP = [
-    case("number", "a heading on the flank", [""], "membership", 0.75, 0.2, 0.3, 0.9, 0.8, 0.1),
-    case("many", "many headings at once", [""], "membership", ANGLES, 0.2, 0.3, 0.9, 1.0, 0.1),
-    case("across", "a trapezoid across 180 degrees", [""], "membership", ANGLES, 3.0, 0.4, 1.3, 0.7, 0.05),
-    case("triangle", "no core at all: a triangle", [""], "membership", ANGLES, -0.4, 0.0, 0.8, 0.9, 0.2),
-]
-BODY = "return b + (h - b) * np.clip((s - away) / (s - c), 0, 1)"
-MEMBERSHIP_MISTAKES = [
-    Mistake(
-        "not-wrapped",
-        "The difference of the angles is not wrapped: 179 and -179 degrees are 2 degrees apart.",
-        [("np.abs(wrap(phi - theta))", "np.abs(phi - theta)")],
-    ),
-    Mistake(
-        "wrapped-last",
-        "The absolute value is taken before the wrapping: wrap the difference, then take its absolute value.",
-        [("np.abs(wrap(phi - theta))", "wrap(np.abs(phi - theta))")],
-    ),
-    Mistake(
-        "degrees",
-        "The angles are taken for degrees: all of them are in radians.",
-        [("np.abs(wrap(phi - theta))", "np.rad2deg(np.abs(wrap(phi - theta)))")],
-    ),
-    Mistake(
-        "no-abs",
-        "The distance has lost its absolute value: the trapezoid falls off to both sides.",
-        [("np.abs(wrap(phi - theta))", "wrap(phi - theta)")],
-    ),
-    Mistake(
-        "no-bias",
-        "The bias is missing: outside the support the value is b, not 0.",
-        [(BODY, BODY.replace("b + (h - b)", "h"))],
-    ),
-    Mistake(
-        "too-high",
-        "The height is too large by the bias: the flank rises from b by h - b, to h.",
-        [(BODY, BODY.replace("(h - b)", "h"))],
-    ),
-    Mistake(
-        "no-clip",
-        "Nothing is cut off: clip the ramp to [0, 1] before it is scaled.",
-        [(BODY, "return b + (h - b) * (s - away) / (s - c)")],
-    ),
-    Mistake(
-        "one-end",
-        "The ramp is cut off at one end only: clip it at 0 and at 1.",
-        [(BODY, BODY.replace("np.clip((s - away) / (s - c), 0, 1)", "np.minimum((s - away) / (s - c), 1)"))],
-        [(BODY, BODY.replace("np.clip((s - away) / (s - c), 0, 1)", "np.maximum((s - away) / (s - c), 0)"))],
-    ),
-    Mistake(
-        "triangle",
-        "The core is not used: the value is h on all of it, and the flank is s - c wide.",
-        [(BODY, BODY.replace("(s - c)", "s"))],
-    ),
-    Mistake(
-        "reversed",
-        "The ramp runs the wrong way: it is 1 at the core and 0 at the end of the support.",
-        [(BODY, BODY.replace("(s - away) / (s - c)", "(away - c) / (s - c)"))],
-    ),
-    Mistake(
-        "whole-widths",
-        "c and s are taken for whole widths: they are *half* the core and *half* the support.",
-        [(BODY, "return b + (h - b) * np.clip((s / 2 - away) / (s / 2 - c / 2), 0, 1)")],
-    ),
-]
+SMALL = [[0.0025, 0.0005, 0.0002], [0.0005, 0.0015, -0.0003], [0.0002, -0.0003, 0.001]]
+STEP = [0.3, -0.12, 0.2]
 
-GRID = [[1.0, 0.8, 0.6, 0.02], [0.5, 0.9, 0.3, 0.01], [0.01, 0.2, 1.0, 0.7]]
-FAR = [[1.0, 1.3, 1.7, 2.2], [0.9, 1.25, 1.6, 2.1], [1.1, 1.4, 1.8, 2.25]]
-FUSION = [
-    case("one", "a grid of 3 x 4 cells", [""], "fuse_range", GRID, FAR, 1.5, 0.15, 0.1, 0.2, 0.08),
-    case("bias", "another bias and a larger cell", [""], "fuse_range", GRID, FAR, 1.2, 0.15, 0.3, 0.05, 0.1),
-    case("contradiction", "a range that fits no cell", [""], "fuse_range", GRID, FAR, 4.0, 0.1, 0.1, 0.2, 0.05),
+
+def predicted_case(id, title, x, u):
+    noise = {"legged.noise": {**NOISE, "slip": 0.02, "spin": 0.04}}
+    return case(id, title, ["pose", "P"], "predicted", x, SMALL, u, noise)
+
+
+PREDICTED = [
+    *(predicted_case(id, title, pose, STEP) for id, title, pose in POSES),
+    predicted_case("stand", "a robot that stands: it may still slip", [0.4, -0.7, 0.15], [0.0, 0.0, 0.0]),
+    predicted_case("backward", "a step backward", [0.4, -0.7, 2.6], [-0.1, 0.2, -0.3]),
+    predicted_case("over", "a turn across 180 degrees", [0.4, -0.7, 3.05], STEP),
 ]
-E, S = "e = np.abs(distance - r)", "S = np.clip(1 - 0.9 * (e - (sigma + 0.3 * cell)) / (2 * sigma), b, 1)"
-LAST = "return np.maximum(product / product.max(), floor)"
-FUSION_MISTAKES = [
+FLOOR = "floor = np.array([noise.slip, noise.slip, noise.spin])"
+Q = "Q = np.diag((noise.odometry * np.abs(u) + floor) ** 2)"
+JAC, MOVED = "A, W = motion_jacobians(x, u)", "return motion(x, u), A @ P @ A.T + W @ Q @ W.T"
+PREDICTED_MISTAKES = [
     Mistake(
-        "no-abs",
-        "The error has lost its absolute value: a cell that is too near fits as badly as one that is too far.",
-        [(E, "e = distance - r")],
-        [(E, "e = r - distance")],
+        "moved-first",
+        "The Jacobians are taken at the pose *after* the step: compute A and W before you move.",
+        [(JAC, "A, W = motion_jacobians(motion(x, u), u)")],
     ),
     Mistake(
-        "no-core",
-        "The flat top is missing: up to sigma + 0.3 cell a cell stays fully possible.",
-        [(S, S.replace("(e - (sigma + 0.3 * cell))", "e"))],
+        "q-not-turned",
+        "Q is added as it is (or W is the identity): it is in the robot's frame, and W Q W' turns it into the world.",
+        [(MOVED, MOVED.replace("W @ Q @ W.T", "Q"))],
+    ),
+    Mistake("w-one-side", "W stands on one side only: W Q W'.", [(MOVED, MOVED.replace("W @ Q @ W.T", "W @ Q"))]),
+    Mistake(
+        "p-without-a",
+        "P is not carried along by A (or A is the identity): A P A' + W Q W'. An error of the heading becomes one of the position when "
+        "the robot walks.",
+        [(MOVED, MOVED.replace("A @ P @ A.T", "P"))],
+    ),
+    Mistake("a-one-side", "A stands on one side only: A P A'.", [(MOVED, MOVED.replace("A @ P @ A.T", "A @ P"))]),
+    Mistake("a-transposed", "A' P A instead of A P A'.", [(MOVED, MOVED.replace("A @ P @ A.T", "A.T @ P @ A"))]),
+    Mistake(
+        "q-forgotten",
+        "Q is missing in predict: without it the filter becomes surer than it can be.",
+        [(MOVED, MOVED.replace(" + W @ Q @ W.T", ""))],
     ),
     Mistake(
-        "cell-forgotten",
-        "The size of the cell is missing in the flat top: sigma + 0.3 cell.",
-        [(S, S.replace(" + 0.3 * cell", ""))],
+        "q-not-squared", "Q holds standard deviations: a covariance holds their squares.", [(Q, Q.replace(" ** 2", ""))]
     ),
     Mistake(
-        "divided-by-two",
-        "`/ 2 * sigma` divides by 2 and *multiplies* by sigma: write `/ (2 * sigma)`.",
-        [(S, S.replace("/ (2 * sigma)", "/ 2 * sigma"))],
-    ),
-    Mistake(
-        "brackets",
-        "`e - sigma + 0.3 * cell` adds the cell's part: subtract both, `e - (sigma + 0.3 * cell)`.",
-        [(S, S.replace("(e - (sigma + 0.3 * cell))", "(e - sigma + 0.3 * cell)"))],
-    ),
-    Mistake("no-factor", "The factor 0.9 is missing.", [(S, S.replace("0.9 * ", ""))]),
-    Mistake("one-sigma", "The flank is 2 sigma wide.", [(S, S.replace("(2 * sigma)", "sigma"))]),
-    Mistake(
-        "no-bias",
-        "S falls below the reliability b: a sighting may be false, so it may never rule a cell out.",
-        [(S, S.replace("b, 1)", "0, 1)"))],
-        [(S, S.replace("b, 1)", "None, 1)"))],
-    ),
-    Mistake("above-one", "S is above 1 where the cell fits well: it ends at 1.", [(S, S.replace("b, 1)", "b, None)"))]),
-    Mistake(
-        "minimum",
-        "The smaller of the two is taken: to fuse is to multiply here. (The minimum is a classic too, but less accurate.)",
-        [("product = possible * S", "product = np.minimum(possible, S)")],
-    ),
-    Mistake(
-        "belief-forgotten",
-        "What the grid believed before is lost: multiply it by S.",
-        [("product = possible * S", "product = S")],
-    ),
-    Mistake(
-        "added", "The two are added: to fuse is to multiply.", [("product = possible * S", "product = possible + S")]
-    ),
-    Mistake(
-        "not-normalised",
-        "The result is not divided by its largest value.",
-        [(LAST, "return np.maximum(product, floor)")],
-    ),
-    Mistake(
-        "sum-normalised",
-        "The result is divided by its sum, as a probability would be: divide by the largest value.",
-        [(LAST, "return np.maximum(product / product.sum(), floor)")],
+        "q-of-paper",
+        "This is the paper's Q, linear in |u|: a variance is the *square* of noise.odometry |u| + floor.",
+        [(Q, "Q = np.diag(noise.odometry * np.abs(u))")],
     ),
     Mistake(
         "no-floor",
-        "The floor is missing: a cell that falls to nothing could never come back.",
-        [(LAST, "return product / product.max()")],
+        "The floor is missing: a robot that stands, or walks straight ahead, still slips a little in every direction.",
+        [(Q, Q.replace(" + floor", ""))],
     ),
     Mistake(
-        "floor-first",
-        "The floor is applied before the division: it is the last step.",
-        [(LAST, "product = np.maximum(product, floor)\n    return product / product.max()")],
-    ),
-]
-
-NARROW, TALL = (
-    [[0.01, 0.002, 0.0], [0.002, 0.02, 0.001], [0.0, 0.001, 0.03]],
-    [[0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.04]],
-)
-SURE_XY = [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 1.3]]
-NEARLY = [[0.11, 0.05, 0.0], [0.05, 0.11, 0.0], [0.0, 0.0, 0.7]]
-
-
-def spread_case(id, title, P, *limits):
-    return case(id, title, ["lost?"], "lost_by_spread", P, *limits)
-
-
-def diagonal(*variances):
-    return [[v if i == j else 0.0 for j in range(3)] for i, v in enumerate(variances)]
-
-
-SPREAD = [
-    spread_case("sure", "a narrow covariance", NARROW),
-    spread_case("position", "a wide position", TALL),
-    spread_case("x", "wide in x only", diagonal(0.6, 0.01, 0.01)),
-    spread_case("y", "wide in y only", diagonal(0.01, 0.6, 0.01)),
-    spread_case("heading", "a wide heading", SURE_XY),
-    spread_case("nearly", "wide, but not yet too wide", NEARLY),
-    spread_case("nearly-xy", "a position that is not yet too wide", diagonal(0.11, 0.11, 0.001)),
-    spread_case("limits", "other limits: 2 m and 2 rad", diagonal(3.0, 3.0, 0.01), 2.0, 2.0),
-    spread_case("tiny", "a covariance that is very narrow", diagonal(0.01, 0.01, 1e-4)),
-    spread_case("inside", "other limits, a narrow covariance", diagonal(1.5, 1.5, 3.0), 2.0, 2.0),
-]
-RULE = "return bool(np.sqrt(P[0, 0] + P[1, 1]) > position or np.sqrt(P[2, 2]) > heading)"
-SPREAD_MISTAKES = [
-    Mistake(
-        "no-root",
-        "The variances are compared with standard deviations: take the square root.",
-        [(RULE, "return bool(P[0, 0] + P[1, 1] > position or P[2, 2] > heading)")],
-    ),
-    Mistake("and", "Both must be wide here: one of them is enough, so `or`.", [(RULE, RULE.replace(" or ", " and "))]),
-    Mistake(
-        "trace",
-        "The heading's variance is added to those of the position: metres and radians do not add.",
-        [(RULE, "return bool(np.sqrt(np.trace(P)) > position)")],
-        [(RULE, "return bool(np.trace(P) > position)")],
+        "floor-of-variance",
+        "The standard deviations are added before they are squared: (noise.odometry |u| + floor)^2.",
+        [(Q, "Q = np.diag((noise.odometry * u) ** 2 + floor**2)")],
     ),
     Mistake(
-        "heading-forgotten",
-        "The heading is not looked at.",
-        [(RULE, "return bool(np.sqrt(P[0, 0] + P[1, 1]) > position)")],
+        "no-abs",
+        "The odometry's sign is kept: a step backward has noise as well, so use |u|.",
+        [(Q, Q.replace("np.abs(u)", "u"))],
     ),
     Mistake(
-        "position-forgotten", "The position is not looked at.", [(RULE, "return bool(np.sqrt(P[2, 2]) > heading)")]
+        "slip-and-spin",
+        "slip and spin are mixed up: slip is of the position (ahead and to the left), spin of the heading.",
+        [(FLOOR, "floor = np.array([noise.slip, noise.spin, noise.spin])")],
+        [(FLOOR, "floor = np.array([noise.spin, noise.spin, noise.slip])")],
     ),
     Mistake(
-        "reversed",
-        "The comparison is the wrong way round: lost means that the spread is *above* the limit.",
-        [(RULE, RULE.replace("return bool(", "return not ("))],
-        [(RULE, RULE.replace(">", "<"))],
+        "x-not-moved",
+        "The pose comes back as it was: `motion` moves it.",
+        [(MOVED, MOVED.replace("motion(x, u)", "x"))],
     ),
+    Mistake("p-not-predicted", "The covariance comes back as it was.", [(MOVED, "return motion(x, u), P")]),
     Mistake(
-        "fixed-limits",
-        "`position` and `heading` are not used: 0.5 and 1.0 are only their defaults.",
-        [(RULE, RULE.replace("> position", "> 0.5").replace("> heading", "> 1.0"))],
-    ),
-    Mistake(
-        "largest",
-        "The larger of the two standard deviations is taken: add the variances of x and y, then take the root.",
-        [(RULE, "return bool(np.sqrt(max(P[0, 0], P[1, 1])) > position or np.sqrt(P[2, 2]) > heading)")],
-    ),
-    Mistake(
-        "degrees",
-        "The heading's spread is turned into degrees: P and the limit are in radians.",
-        [(RULE, RULE.replace("np.sqrt(P[2, 2])", "np.rad2deg(np.sqrt(P[2, 2]))"))],
-    ),
-    Mistake(
-        "x-only",
-        "Only the variance of x is used: add that of y.",
-        [(RULE, "return bool(np.sqrt(P[0, 0]) > position or np.sqrt(P[2, 2]) > heading)")],
-    ),
-    Mistake(
-        "sum-of-sigmas",
-        "The standard deviations are added: add the variances, then take the root.",
-        [(RULE, "return bool(np.sqrt(P[0, 0]) + np.sqrt(P[1, 1]) > position or np.sqrt(P[2, 2]) > heading)")],
-    ),
-]
-
-
-def lost_case(id, title, *calls):
-    return {"id": id, "title": title, "look": ["lost?"], "calls": [["lost", *call] for call in calls]}
-
-
-BAD, GOOD = 60.0, 1.5
-LOST = [
-    lost_case("calm", "no surprise, a narrow covariance", (NARROW, [GOOD] * 8), (NARROW, [GOOD, 3.0, 0.2])),
-    lost_case("wide", "the paper's rule still counts", (TALL, [GOOD] * 8), (TALL, [])),
-    lost_case("five", "five surprises among eight", (NARROW, [BAD, GOOD, BAD, BAD, GOOD, BAD, BAD, GOOD])),
-    lost_case("four", "only four surprises among eight", (NARROW, [BAD, GOOD, BAD, BAD, GOOD, GOOD, BAD, GOOD])),
-    lost_case("three", "three surprises in a row, at the end", (NARROW, [GOOD] * 5 + [22.0] * 3)),
-    lost_case(
-        "few",
-        "fewer than eight sightings: seven surprises, then one, then none at all",
-        (NARROW, [BAD] * 7),
-        (NARROW, [BAD]),
-        (NARROW, []),
-    ),
-    lost_case(
-        "share",
-        "another bound and another share",
-        (NARROW, [20.0] * 8, 30.0),
-        (NARROW, [20.0] * 8, 10.0),
-        (NARROW, [BAD] * 4 + [GOOD] * 4, 13.8, 0.5),
-    ),
-]
-SURPRISED = "surprised = len(d2) >= 8 and np.mean(np.asarray(d2) > bound) >= share"
-EITHER = "return bool(lost_by_spread(P) or surprised)"
-LOST_MISTAKES = [
-    Mistake(
-        "not-eight",
-        "With fewer than eight sightings it decides already: one false alarm right after a switch would be enough.",
-        [("len(d2) >= 8 and", "len(d2) > 0 and")],
-    ),
-    Mistake(
-        "empty",
-        "With no sightings yet the mean of nothing is asked for: wait until there are eight.",
-        [("len(d2) >= 8 and np.mean(np.asarray(d2) > bound)", "sum(value > bound for value in d2) / len(d2)")],
-    ),
-    Mistake(
-        "both", "Both rules must say so here: one is enough, so `or`.", [(EITHER, EITHER.replace(" or ", " and "))]
-    ),
-    Mistake(
-        "paper-forgotten",
-        "The paper's rule is lost: a covariance that is too wide still counts.",
-        [(EITHER, "return bool(surprised)")],
-    ),
-    Mistake(
-        "nis-forgotten",
-        "Surprises never count: five among eight should be enough. Is it `len(d2) >= 8`, is d2 itself "
-        "compared with bound, and is `surprised` used?",
-        [(EITHER, "return lost_by_spread(P)")],
-        [("len(d2) >= 8", "len(d2) > 8")],
-    ),
-    Mistake("more-than-share", "Exactly the share is enough: at least, so `>=`.", [(">= share", "> share")]),
-    Mistake(
-        "any",
-        "One surprise is enough here: it may be a false alarm. Ask for the share, the number of surprises over that "
-        "of the sightings.",
-        [("np.mean(np.asarray(d2) > bound) >= share", "np.any(np.asarray(d2) > bound)")],
-        [("np.mean(np.asarray(d2)", "np.sum(np.asarray(d2)")],
-    ),
-    Mistake(
-        "all",
-        "All eight have to be surprises here: after a kidnapping one may fit by chance. Ask for the share.",
-        [("np.mean(np.asarray(d2) > bound) >= share", "np.all(np.asarray(d2) > bound)")],
-    ),
-    Mistake(
-        "mean-of-d2",
-        "The mean of d2 is compared with the bound: one huge value would be enough. Count the surprises instead.",
-        [("np.mean(np.asarray(d2) > bound) >= share", "np.mean(d2) > bound")],
-    ),
-    Mistake(
-        "below",
-        "Sightings *below* the bound are counted: those are the honest ones.",
-        [("np.asarray(d2) > bound", "np.asarray(d2) < bound")],
-    ),
-    Mistake(
-        "fixed-bound",
-        "bound and share are not used: the numbers 13.8 and 0.6 are only their defaults.",
-        [("> bound) >= share", "> 13.8) >= 0.6")],
+        "swapped",
+        "The two results are swapped: first the pose, then its covariance.",
+        [(MOVED, "return " + ", ".join(MOVED[7:].rsplit(", ", 1)[::-1]))],
     ),
 ]
 
@@ -790,68 +560,15 @@ CHECKS = [
         STACK_MISTAKES,
     ),
     Check(
-        "legged-membership",
+        "legged-predicted",
         LAB,
-        "membership",
+        "predicted",
         "function",
-        MEMBERSHIP,
+        PREDICTED,
         [
-            Right("interp", [(BODY, "return np.interp(away, [c, s], [h, b])")]),
-            Right(
-                "minimum",
-                [
-                    (
-                        BODY,
-                        BODY.replace(
-                            "np.clip((s - away) / (s - c), 0, 1)", "np.maximum(0, np.minimum(1, (s - away) / (s - c)))"
-                        ),
-                    )
-                ],
-            ),
+            Right("noise turned first", [(MOVED, "return motion(x, u), A @ P @ A.T + (W * np.diag(Q)) @ W.T")]),
+            Right("list", [(MOVED, MOVED.replace("return ", "return [") + "]")]),
         ],
-        MEMBERSHIP_MISTAKES,
-    ),
-    Check(
-        "legged-fusion",
-        LAB,
-        "fuse_range",
-        "function",
-        FUSION,
-        [
-            Right(
-                "where",
-                [
-                    (
-                        S,
-                        "S = 1 - 0.9 * (e - (sigma + 0.3 * cell)) / (2 * sigma)\n    S = np.where(S < b, b, np.where(S > 1, 1, S))",
-                    )
-                ],
-            )
-        ],
-        FUSION_MISTAKES,
-    ),
-    Check(
-        "legged-spread",
-        LAB,
-        "lost_by_spread",
-        "function",
-        SPREAD,
-        [
-            Right("plain", [(RULE, RULE.replace("bool(", "("))]),
-            Right("hypot", [(RULE, "return P[0, 0] + P[1, 1] > position**2 or P[2, 2] > heading**2")]),
-        ],
-        SPREAD_MISTAKES,
-    ),
-    Check(
-        "legged-lost",
-        LAB,
-        "lost",
-        "function",
-        LOST,
-        [
-            Right("loop", [(SURPRISED, "surprised = len(d2) == 8 and sum(v > bound for v in d2) / 8 >= share")]),
-            Right("plain", [(EITHER, "return lost_by_spread(P) or surprised")]),
-        ],
-        LOST_MISTAKES,
+        PREDICTED_MISTAKES,
     ),
 ]

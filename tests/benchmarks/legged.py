@@ -1,4 +1,4 @@
-"""How well, how soon and how cheaply the localizers of lab 4 find a robot: the figures, over many runs.
+"""How well, how soon and how cheaply the localizers of labs 4 and 5 find a robot: the figures, over many runs.
 
 python tests/benchmarks/legged.py [--runs 60] [--presets real harsh] [--all]
 """

@@ -45,7 +45,7 @@ UNLISTED = [
         "what is expected of landmark 3 is that of landmark 7",
     ),
     (LAB3, [("h(self.xk_k, k) for", "h(self.xk_k, k) + [0.1, 0] for")], "(the bearing is right)"),
-    ("legged-ekf", [("A @ self.Pk_k @ A.T + W", "2 * A @ self.Pk_k @ A.T + W")], "of that, what is kept acts as"),
+    ("legged-ekf", [("A @ P @ A.T + W", "2 * A @ P @ A.T + W")], "of that, what is kept acts as"),
     ("legged-ekf", [("np.diag(np.square(sigmas))", "7 * np.diag(np.square(sigmas))")], "R, as it stands in S, acts as"),
     (
         "team-paper",

@@ -194,6 +194,7 @@ def test_nothing_untrue_would_be_said_of_any_right_form(monkeypatch):
             said |= {(check.name, id): notes} if notes else {}
     unused = "gets a value that nothing uses."  # as it is in these: a form leaves some line without a use
     assert said == {
+        ("legged-one", "K S K'"): [f"In `update`, line 102: `I_KH` {unused}"],
         ("legged-ekf", "K S K'"): [f"In `update`, line 102: `I_KH` {unused}"],
         ("mismatch-nis", "block by block"): [f"In `nis`, line 22: `H` {unused}"],
     }

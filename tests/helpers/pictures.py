@@ -72,7 +72,7 @@ def take(browser, server):
 
 
 if __name__ == "__main__":
-    still("04_legged_robot", "explore(", "lab4-explore")
+    still("05_fuzzy_hybrid", "explore(", "lab5-explore")
     still("07_formation", "draw_formation(", "lab7-formation")
     with chromium() as one, jupyterlab() as running:
         take(one, running)
