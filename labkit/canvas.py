@@ -22,6 +22,7 @@ class Canvas:
         self.axes = self.figure.subplots(1, columns, squeeze=False, **options)[0]
         self.moving: list = []
         self._background: Any = None
+        self._scales: list = []
 
     def move(self, *panels: Any) -> None:
         """Declare the artists that change from picture to picture."""
@@ -31,7 +32,9 @@ class Canvas:
                 self.moving.append(artist)
 
     def _draw(self):
-        if self._background is None:
+        scales = [(ax.get_xlim(), ax.get_ylim()) for ax in self.axes]
+        if scales != self._scales:  # the first time, and when a panel needs another height
+            self._scales = scales
             self.canvas.draw()
             self.figure.set_layout_engine("none")  # the layout stays as it is now
             self._background = self.canvas.copy_from_bbox(self.figure.bbox)

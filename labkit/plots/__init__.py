@@ -10,18 +10,21 @@ from typing import Any, Self
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 
-from . import metrics
-from .geometry import Array, Covariance, Covariances, Point, Points, Pose, ellipse
-from .history import History, of_one_run
-from .log import Log
-from .world import Map, located, positions
+from .. import metrics
+from ..geometry import Array, Covariance, Covariances, Point, Points, Pose, ellipse
+from ..history import History, of_one_run
+from ..log import Log
+from ..world import Map, located, positions
 
 Box = tuple[float, float, float, float]
 """(xmin, xmax, ymin, ymax) [m]."""
 BOX = (-5.1, 5.1, -5.1, 5.1)  # what holds the handout's map
 
 BLUE, VERMILION, GREEN, ORANGE, GREY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#777777"
+PURPLE, PALE = "#CC79A7", "#D5D5D5"  # the latter for the band that a consistent filter keeps to
+HEIGHTS = np.outer([0.01, 0.1, 1.0], [1.0, 1.5, 2.0, 3.0, 5.0, 7.0]).ravel()  # [m] that an axis for errors may have
 
 
 def arrow(pose: Pose, size: float = 0.35) -> Points:
@@ -59,55 +62,65 @@ def _map_axes(ax, box):
 
 
 class MapPanel:
-    """The whole run in the map: true path, estimated path, 3-sigma ellipses along it."""
+    """The whole run in the map: true path, estimated path, 3-sigma ellipses along it, and where the truth was then."""
 
     def __init__(self, ax: Axes, box: Box = BOX, title: str = "Map, with 3σ ellipses"):
         _map_axes(ax, box)
         ax.set_title(title, fontsize=11)
         (self.landmarks,) = ax.plot([], [], "k*", ms=7, label="landmarks")
         (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
+        (self.then,) = ax.plot([], [], ".", color=BLUE, ms=7, mec="white", mew=0.6, label="truth at an ellipse")
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.3, label="estimate")
-        (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.7, alpha=0.8)
-        self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate]
-        legend_below(ax, ncols=3, handlelength=1.8, columnspacing=1.2)
+        (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.7, alpha=0.8, label="3σ ellipse")
+        self.artists = [self.landmarks, self.ellipses, self.truth, self.estimate, self.then]
+        legend_below(ax, handlelength=1.8, columnspacing=1.2)
 
     def show(self, log: Log, history: History, ellipses: int = 20) -> Self:
         """Fill the panel with a run; raises ValueError for another run's history, FilterError for a P that is none."""
         of_one_run(history, log)
         P = history.sound()
+        every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
         self.landmarks.set_data(*positions(log.map).T)
         if log.truth is not None:
             self.truth.set_data(*log.truth[:, :2].T)
+            self.then.set_data(*log.truth[every, :2].T)
         self.estimate.set_data(*history.x[:, :2].T)
-        every = np.unique(np.linspace(0, len(log), ellipses).astype(int))
         self.ellipses.set_data(*outlines(history.x[every, :2], P[every, :2, :2]).T)
         return self
 
 
 class ErrorPanel:
-    """Error of x and y over time, each within its own 3-sigma bounds."""
+    """Error of x and y over time, each within its own 3-sigma bounds, as high as these need after the first steps."""
 
-    def __init__(self, ax: Axes, duration: float, limit: float = 2.0):
-        ax.set(xlim=(0, duration), ylim=(-limit, limit), xlabel="time [s]", ylabel="error [m]")
+    def __init__(self, ax: Axes, duration: float):
+        self.ax = ax
+        ax.set(xlim=(0, duration), xlabel="time [s]", ylabel="error [m]")
         ax.set_title("Error and its 3σ bounds", fontsize=11)
+        ax.yaxis.set_label_coords(-0.23, 0.5)  # clear of the longest numbers, so that the layout can stay
         ax.axhline(0, color=GREY, lw=0.6)
+        # The wide bounds of x lie under the narrow ones of y, since the two are often the same.
+        wide: dict[str, Any] = {"lw": 4, "alpha": 0.35}
+        narrow: dict[str, Any] = {"lw": 1.2, "ls": (0, (1, 1.2))}
         self.lines = []
-        for name, color, style in [("x", BLUE, "-"), ("y", VERMILION, "--")]:
+        for name, color, style, bounds in (("x", GREEN, "-", wide), ("y", PURPLE, "--", narrow)):
+            (bound,) = ax.plot([], [], color=color, label=f"±3σ of {name}", **bounds)
             (error,) = ax.plot([], [], style, color=color, lw=1.2, label=f"error in {name}")
-            (bound,) = ax.plot([], [], ":" if name == "x" else "-.", color=color, lw=0.9, label=f"±3σ of {name}")
             self.lines.append((error, bound))
-        self.artists = [line for pair in self.lines for line in pair]
+        self.artists = [bound for _, bound in self.lines] + [error for error, _ in self.lines]
         legend_below(ax)
 
     def show(self, log: Log, history: History) -> Self:
         """Fill the panel with a run."""
         t = log.times - log.times[0]
         error, P = metrics.errors(history, log), history.sound()
+        sigma = 3 * np.sqrt(np.maximum(np.diagonal(P, axis1=1, axis2=2)[:, :2], 0))
         both = np.concatenate([t, [np.nan], t])  # upper and lower bound in one line
         for i, (line, bound) in enumerate(self.lines):
-            sigma = 3 * np.sqrt(np.maximum(P[:, i, i], 0))
             line.set_data(t, error[:, i])
-            bound.set_data(both, np.concatenate([sigma, [np.nan], -sigma]))
+            bound.set_data(both, np.concatenate([sigma[:, i], [np.nan], -sigma[:, i]]))
+        settled = np.fmax(abs(error[:, :2]), sigma)[len(log) // 20 :]  # without the wide start
+        height = HEIGHTS[min(np.searchsorted(HEIGHTS, 1.05 * settled.max()), len(HEIGHTS) - 1)]
+        self.ax.set_ylim(-height, height)
         return self
 
 
@@ -121,33 +134,29 @@ class ConsistencyPanel:
         ylabel = {"nees": f"NEES ({dof} is consistent)", "nis": "NIS per number (1 is consistent)"}[kind]
         ax.set(xlim=(0, duration), ylim=(1e-3, 1e3), yscale="log", xlabel="time [s]", ylabel=ylabel)
         ax.set_title(f"{kind.upper()} and its 95 % bounds", fontsize=11)
-        (self.value,) = ax.plot([], [], "-", color=BLUE, lw=1.0, marker=".", ms=2.5, label=kind.upper())
-        (self.low,) = ax.plot([], [], "--", color=ORANGE, lw=1.3, label="95 % bounds")
-        (self.high,) = ax.plot([], [], "--", color=ORANGE, lw=1.3)
-        self.artists = [self.low, self.high, self.value]
+        (self.value,) = ax.plot([], [], "-k", lw=0.8, marker=".", ms=2.5, label=kind.upper())
+        self.bounds = PolyCollection([], facecolor=PALE, edgecolor=PALE, lw=0.5, label="within its 95 % bounds")
+        ax.add_collection(self.bounds, autolim=False)
+        self.artists = [self.bounds, self.value]
         legend_below(ax)
 
     def show(self, log: Log, history: History) -> Self:
         """Fill the panel with a run."""
         t = log.times - log.times[0]
         if self.kind == "nees":
-            value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), np.ones(1)
+            value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), np.ones(len(t))
         else:
             value, dof = metrics.nis(history, log)
-            seen = dof > 0  # a step without a landmark has no NIS
-            t, value, dof = t[1:][seen], value[seen], dof[seen]
-            scale = dof
+            t, scale = t[1:], np.maximum(dof, 1)
+        self.value.set_data(t, value / scale)  # a step without a landmark has no NIS: a gap
+        self.value.set_marker("." if len(t) < 1000 else "")  # so many dots would be one blob
+        seen = np.flatnonzero(dof > 0)
+        t, dof, scale = t[seen], dof[seen], scale[seen]
         kinds, which = np.unique(dof, return_inverse=True)
-        low, high = metrics.chi2_bounds(kinds)
-        self.value.set_data(t, value / scale)
-        if self.kind == "nis" and len(t) < 0.8 * len(log):  # no lines across the times without a landmark
-            self.value.set_linestyle("")
-            for bound in (self.low, self.high):
-                bound.set(linestyle="", marker="_", markersize=4, markeredgewidth=1)
-        elif len(t) > 1000:
-            self.value.set_marker("")  # so many dots would be one blob
-        self.low.set_data(t, low[which] / scale)
-        self.high.set_data(t, high[which] / scale)
+        low, high = (bound[which] / scale for bound in metrics.chi2_bounds(kinds))
+        # Each bound holds until the next, but not for more than a second.
+        end = np.minimum(np.append(t[1:], t[-1:] + log.dt), t + 1.0)
+        self.bounds.set_verts(list(np.array([[t, low], [end, low], [end, high], [t, high]]).transpose(2, 0, 1)))
         return self
 
 
@@ -203,9 +212,7 @@ def plot_run(axes: Sequence[Axes], log: Log, history: History, kind: str = "nees
     of_one_run(history, log)
     duration = log.times[-1] - log.times[0]
     MapPanel(axes[0], limits(log)).show(log, history)
-    settled = history.P[len(log) // 20 :, :2, :2]  # without the wide start
-    widest = 3 * np.sqrt(np.diagonal(settled, axis1=1, axis2=2).max())
-    ErrorPanel(axes[1], duration, limit=np.clip(1.1 * widest, 2.0, 6.0)).show(log, history)
+    ErrorPanel(axes[1], duration).show(log, history)
     ConsistencyPanel(axes[2], duration, kind, history.x.shape[1]).show(log, history)
 
 
@@ -224,8 +231,8 @@ def plot_mean_nees(ax: Axes, times: Array, values: Array, dof: int = 2) -> None:
     if np.ndim(values) != 2 or np.shape(values)[1] != len(times):
         raise ValueError(f"values must have the shape (runs, {len(times)}), as many as times, not {np.shape(values)}")
     low, high = metrics.chi2_bounds(dof, runs=len(values))
-    ax.plot(times, np.mean(values, axis=0), "-", color=BLUE, lw=1, label=f"mean of {len(values)} runs")
-    ax.axhspan(low, high, color=ORANGE, alpha=0.35, label="95 % bounds")
+    ax.plot(times, np.mean(values, axis=0), "-k", lw=1, label=f"mean of {len(values)} runs")
+    ax.axhspan(low, high, color=PALE, label="within its 95 % bounds")
     ax.axhline(dof, color=GREY, lw=0.8, ls=":")
     ax.set(xlim=(times[0], times[-1]), xlabel="time [s]", ylabel="mean NEES")
     ax.legend(fontsize=8)
