@@ -6,7 +6,8 @@ from house import PAGE, ROOT, WING, modules
 
 MARK = "<!-- from here on: python docs/index.py -->\n"
 TITLES = {
-    "": "`labkit/`: the world, the run, the pictures",
+    "": "`labkit/`: the world and the run",
+    "plots": "`labkit/plots/`: pictures of beliefs and runs",
     "legged": "`labkit/legged/`: the football field of labs 4 and 5",
     "team": "`labkit/team/`: the hall of labs 6 to 8",
     "mrclam": "`labkit/mrclam/`: real robots",

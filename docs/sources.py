@@ -47,13 +47,8 @@ def page(sources):
     text = HEAD
     for source in sources.values():
         text += f"\n## {source['title']}\n\n| item | what | where |\n|---|---|---|\n"
-        text += "".join(_row(item["item"], item["what"], _where(item)) for item in source["items"])
+        text += "".join(f"| {item['item']} | {item['what']} | {_where(item)} |\n" for item in source["items"])
     return text
-
-
-def _row(*texts):
-    escaped = [text.replace("|", "\\|") for text in texts]
-    return f"| {' | '.join(escaped)} |\n"
 
 
 def _places(item):

@@ -44,6 +44,7 @@ __getattr__, __dir__ = lazily(
     EnvPlot="envplot",
     check="checks",
     explore="widgets",
+    explore_line="widgets.line",
     play="widgets",
     progress="widgets",
     reveal="guesses",

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 1 · Where is the robot? A Kalman filter with landmarks
 #
-# *About 90 minutes. You need Python, a little matrix algebra, and no knowledge of Kalman filters.*
+# *About 90 minutes. It uses nothing of other labs: you need Python with NumPy arrays, a little matrix algebra, and no knowledge of Kalman filters.*
 #
 # A robot drives a square. It knows what it was told to do, but its wheels slip. It sees landmarks that are on its map, but not
 # sharply. Neither is enough; together they are. The Kalman filter is the recipe for putting them together.
@@ -14,8 +14,102 @@
 # **You will write** `stack`, `repeat_R` and the class `KF` with its two methods `predict` and `update`. Under each answer is a
 # *check* cell: run it as often as you like. It tells you what is wrong, not just that something is. (If a cell shows `[*]` for more than ten
 # seconds, your code loops: Kernel → Interrupt.)
+#
+# **Before some cells you make a prediction:** write the letter of your choice into `guess = "?"`, then run the cell. It says why each choice was
+# tempting. Nobody marks it.
+#
+# *The handout* is the practice text by I. Rañó that this lab grew from (it stands under the references, at the end). Its questions and its names in
+# the code are kept. Where it slips, a box that begins with **Erratum** says so.
+
+# %% id="setup" tags=["setup"]
+import matplotlib.pyplot as plt
+import numpy as np
+
+from labkit import EnvPlot, Landmark, Map, Robot, check, explore, explore_line, make_filter
+from labkit import play, random_map, replay, reveal, simulate
+from labkit.metrics import inside, nees, rmse, semi_axis, steps_to_converge
+from labkit.plots import show_run
+from labkit.plots.bell import draw_bell, draw_cloud
 
 # %% [markdown]
+# ## 1. One number first
+#
+# A robot stands somewhere on a line. You **believe** that it is at 0 m, but an error of 1.7 m would not surprise you. Now a sensor says: "2 m".
+# Its errors are more like 0.4 m. Where is the robot?
+#
+# How large an error usually is, is its *standard deviation* σ; the square of it is the *variance*, here 1.7² ≈ 3 m² for the belief and
+# 0.4² = 0.16 m² for the sensor. One more word: errors are **Gaussian** when small ones are frequent and large ones rare in just this way,
+# the shape of a bell that is as wide as σ says. Here a sensor measures the same place, 2 m, ten thousand times.
+
+# %%
+readings = np.random.default_rng(1).normal(2.0, 0.4, 10_000)  # [m]
+fig, ax = plt.subplots(figsize=(6.4, 2.8), layout="constrained")
+draw_bell(ax, readings, (2.0, 0.4**2))
+plt.show()
+for n in (1, 2, 3):
+    share = np.mean(abs(readings - 2.0) < n * 0.4)
+    print(f"within {n}σ: {100 * share:.1f} % of the readings")
+
+# %% [markdown]
+# For a Gaussian these shares are 68.3, 95.4 and 99.7 %. So a bell needs two numbers only: its *mean*, where its middle is, and its variance.
+#
+# Belief and sensor are both such bells. Neither is thrown away: the new estimate lies between the two, and nearer to the one with the smaller variance.
+# With the variances $P$ of the belief and $R$ of the sensor,
+#
+# $$ K = \frac{P}{P + R}, \qquad \text{new} = \text{old} + K\,(\text{seen} - \text{old}), \qquad \text{new variance} = P - K P . $$
+#
+# $K$, the *Kalman gain*, says which part of the way to go: 0 is "ignore the sensor", 1 is "believe the sensor only".
+#
+# **Before you run it:** the belief has a variance of 3 m², the sensor one of 0.16 m². Which variance has the new estimate?
+# - (a) one between the two, since it is a mixture;
+# - (b) 0.16 m², that of the better one;
+# - (c) less than 0.16 m²;
+# - (d) 3.16 m², since errors add up.
+
+# %% id="guess-new-variance" tags=["guess"]
+guess = "c"
+P, R = 3.0, 0.16  # variances of belief and sensor [m^2]
+old, seen = 0.0, 2.0  # [m]
+K = P / (P + R)
+print(f"K = {K:.3f}: the estimate moves from {old:.2f} m to {old + K * (seen - old):.2f} m")
+after = P - K * P  # [m^2]
+print(f"the variance falls from {P} m² to {after:.3f} m², σ to {np.sqrt(after):.2f} m")
+reveal("new-variance", guess)
+
+# %% [markdown]
+# **Try it** (mouse, or Tab and the arrow keys). Make the belief as good as the sensor: where is the new bell then? Which slider moves the new bell without
+# making it wider or narrower? Can you make it wider than one of the other two?
+
+# %%
+explore_line()
+
+# %% [markdown]
+# <details><summary>What there is to see</summary>
+#
+# With equal variances $K$ is ½, the new bell stands in the middle, and its variance is half of theirs. *What* the sensor says moves the bell and does not change its
+# width: how sure you are follows from $P$ and $R$ alone, so it could be computed before anything is measured. And you cannot make the new bell wider
+# than either: a second opinion never makes this filter less sure, however poor it is.
+# </details>
+#
+# **In the plane** the place has two numbers, $x$ and $y$, and the bell becomes a hill, here seen from above as a cloud of possible places. Its width is now a
+# **covariance**: a matrix with the variances of $x$ and $y$ on the diagonal, and beside them a number that says how much the two err together. We draw it as
+# an **ellipse** that reaches 3σ far in each direction.
+
+# %%
+P = np.array([[3.0, 1.2], [1.2, 1.0]])  # [m^2]
+cloud = np.random.default_rng(1).multivariate_normal([0, 0], P, 10_000, method="cholesky")
+fig, ax = plt.subplots(figsize=(6.4, 2.8), layout="constrained")
+draw_cloud(ax, cloud[:2000], P)
+plt.show()
+squared = np.sum(cloud * np.linalg.solve(P, cloud.T).T, axis=1)  # distance in σ, squared
+print(f"in the 3σ ellipse: {100 * np.mean(squared < 9):.0f} % of the cloud")
+
+# %% [markdown]
+# The ellipse leans to the right: this belief says that if the robot is farther to the right than believed, it is probably farther up, too.
+#
+# > **Erratum.** The handout says that the truth lies in the 3σ ellipse with 99.7 % probability. That is true for *one* number. For two, it is
+# > $1 - e^{-9/2}$ = 98.9 %: about two steps of 160 are outside, and nothing is wrong with them.
+#
 # ## Symbols
 #
 # | symbol | in the code | shape | unit | what it is |
@@ -26,33 +120,24 @@
 # | $T$ | `kf.dt` | number | s | length of a step, 0.25 s |
 # | $Q$ | `kf.Q` | (2, 2) | m² | covariance of the motion noise of one step |
 # | $R$ | `kf.R` | (2, 2) | m² | covariance of the noise of one measured landmark |
-# | $y$ | `y` | list of `Landmark` | m | what the robot measures now |
+# | – | `y` | list of `Landmark` | m | the landmarks in view, as measured now |
 # | $p$ | `len(y)` | number | – | how many landmarks are in view |
-# | $H$ | `H` | (2p, 2) | – | derivative of the stacked measurement by the position |
-# | $S$ | `S` | (2p, 2p) | m² | covariance of the innovation |
+# | $y$, $\hat y$ | `seen`, `expected` | (2p,) | m | what is measured of all of them, stacked, and what the map lets expect |
+# | $x_{li}$ | `m[m.index(y[i])].p` | (2,) | m | place on the map of the $i$-th landmark *in view* |
+# | $H$ | `H` | (2p, 2) | – | derivative of $\hat y$ by the position |
+# | $S$ | `S` | (2p, 2p) | m² | covariance of the innovation $y - \hat y$ |
 # | $K$ | `K` | (2, 2p) | – | Kalman gain |
 #
-# A *covariance* is a variance for several numbers at once: variances on the diagonal, and beside it how much two of them err together.
-# Its square root is the standard deviation σ.
+# $P$, $R$ and $K$ are what they were on the line; they are matrices now. Three remarks on names. `xk_k` is the handout's $\hat x_{k|k}$: the estimate at step k after the
+# measurements of step k. `Q` and `R` are told *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from
+# section 4 on, they are those of *one step*. And the field `p` of a landmark, `lm.p`, is a place, not the number $p$: both are the handout's.
 #
-# Two remarks on names. `xk_k` is the handout's $\hat x_{k|k}$: the estimate at step k after the measurements of step k. And `Q` and `R` are told
-# *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from section 4 on, they are those of *one step*.
-
-# %% id="setup" tags=["setup"]
-import matplotlib.pyplot as plt
-import numpy as np
-
-from labkit import EnvPlot, Landmark, Map, Robot, check, explore, make_filter, play
-from labkit import random_map, replay, simulate
-from labkit.metrics import inside, nees, rmse, semi_axis, steps_to_converge
-from labkit.plots import show_run
-
-# %% [markdown]
-# ## 1. The robot and its world
+# ## 2. The robot and its world
 #
 # The map is a list of landmarks. Each has a position `p` and a name `id`. The robot moves one step with `action()`, which returns the
 # velocity it was told to drive, and looks around with `measure(m)`, which returns the landmarks within 2.5 m. In a measurement, `p` is
-# the position *relative to the robot*. Noise is everywhere: in the motion (covariance `Q`) and in what it sees (covariance `R`).
+# the vector *from the robot to the landmark*; its axes are those of the map, as this robot has no heading. Noise is everywhere: in the motion (covariance `Q`) and
+# in what it sees (covariance `R`).
 #
 # **Before you run it:** the robot is at (2, −2) and is told to drive up at 0.5 m/s for 0.25 s. Where would it be after one step if its
 # motion had no noise? (The first line that is printed tells.)
@@ -78,22 +163,20 @@ for lm in y:
 # - `landmark - x` is the vector from a position `x` to the landmark.
 # - The noise is told *per second*, so that it does not depend on the step. A longer step slips more: its motion noise has covariance $Q\,T$. A
 #   shorter look is a noisier one: a measurement has $R/T$. `r.Q` and `r.R` are these step values; your filter will make the same conversion
-#   once, when it is made. With $T$ = 0.25 s the motion has σ = 0.125 m a step, and a landmark is seen with σ = 0.4 m.
+#   once, when it is made. With $T$ = 0.25 s the motion has σ = 0.125 m a step, and a landmark is seen with σ = 0.4 m, as on the line.
 #
 # The same seed (`rng=1`) gives the same run each time. Change it, and you have another world.
-
-# %% [markdown]
-# ## 2. Why commands alone do not do
+#
+# ## 3. Why commands alone do not do
 #
 # `simulate` drives the robot through the whole square, 8 s a side; for the last 8 s it is told to stand still, and slips all the same. It records a
-# *log*: what the robot was told (`log.controls`), what it saw, and the true path (`log.truth`), which no filter ever gets. **Before you run it:** the dashed line is where the robot should go. How far off will it
-# be after 40 s?
+# *log*: what the robot was told (`log.controls`), what it saw, and the true path (`log.truth`), which no filter ever gets.
 
 # %%
 log = simulate(Robot((2, -2), Q, R, rng=1), m)
 square = np.array([2, -2]) + np.vstack([[0, 0], np.cumsum(log.dt * log.controls, axis=0)])
 
-fig, ax = plt.subplots(figsize=(4.6, 4.4), layout="constrained")
+fig, ax = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
 ax.plot(*m.positions.T, "k*", label="landmarks")
 ax.plot(*square.T, "--", color="#777777", label="as told")
 ax.plot(*log.truth.T, color="#0072B2", label="true path")
@@ -104,15 +187,41 @@ off = np.linalg.norm(log.truth[-1] - square[-1])
 print(f"At the end it is {off:.2f} m from where it was told to be.")
 
 # %% [markdown]
-# The errors of the steps add up and nothing takes them away: this is *dead reckoning*. After $k$ steps the covariance is $k$ times that of one step, here
-# σ = 0.125 m · √160 = 1.6 m in each direction, typically 2.2 m in the plane; this run is one of the worse ones. Landmarks can take the error away, since their place is known.
+# Is that much? Let a thousand robots do the same, each with slips of its own. As a typical distance we take the *root mean square* (RMS): the root of the mean of the
+# squared distances.
+#
+# **Before you run it:** after 10 s they are 1.1 m off, in the root mean square. And after 40 s, four times as long?
+# - (a) still 1.1 m: there are as many slips to the left as to the right;
+# - (b) 2.2 m, twice as much;
+# - (c) 4.5 m, four times as much.
+
+# %% id="guess-dead-reckoning" tags=["guess"]
+guess = "b"
+slips = np.random.default_rng(5).normal(
+    0, 0.125, (1000, 160, 2)
+)  # robots, steps, x and y [m]
+distance = np.linalg.norm(slips.cumsum(axis=1), axis=2)  # (1000, 160) [m]
+rms = np.sqrt(np.mean(distance**2, axis=0))
+fig, ax = plt.subplots(figsize=(6.4, 2.8), layout="constrained")
+ax.plot(log.times[1:], distance[:30].T, color="#0072B2", lw=0.6, alpha=0.4)
+ax.plot(log.times[1:], rms, "k", label="RMS of 1000 robots; blue: 30 of them")
+ax.set(xlabel="time [s]", ylabel="off by [m]", xlim=(0, 40), ylim=0)
+ax.legend(loc="upper left", frameon=False)
+plt.show()
+print(f"RMS after 10 s {rms[39]:.1f} m, after 40 s {rms[-1]:.1f} m")
+print(f"after 40 s half of them are within {np.median(distance[:, -1]):.1f} m")
+reveal("dead-reckoning", guess)
 
 # %% [markdown]
-# ## 3. What should I see from here?
+# To go by commands alone is called *dead reckoning*. What adds up is the *variance*: after $k$ steps it is $k$ times that of one step, so σ grows as $\sqrt k$. After
+# 160 steps σ = 0.125 m · √160 = 1.6 m in each direction, which makes 2.2 m (RMS) in the plane; the run above is one of the worse ones: only one in ten ends farther off. Nothing takes the error away
+# again. Landmarks can, since their place is known.
 #
-# Suppose the robot is at $\hat x$. Then landmark $i$ of the map should appear at $x_{li} - \hat x$. It does appear at $y_i$.
-# The difference between what is seen and what is expected is the **innovation**: the news in a measurement.
-# With $p$ landmarks in view we stack everything into one vector of $2p$ numbers,
+# ## 4. What should I see from here?
+#
+# Suppose the robot is at $\hat x$, and $p$ landmarks are in view. Count them as they come in the list `y`, and call $x_{li}$ the place on the map of the $i$-th *in view*: it
+# need not be the $i$-th of the map. It should appear at $x_{li} - \hat x$. It does appear at $y_i$. The difference between what is seen and what is expected is
+# the **innovation**: the news in a measurement. We stack all of it into vectors of $2p$ numbers,
 #
 # $$ y = \begin{bmatrix} y_1 \\ \vdots \\ y_p \end{bmatrix}, \qquad
 #    \hat y = \begin{bmatrix} x_{l1} - \hat x \\ \vdots \\ x_{lp} - \hat x \end{bmatrix}, \qquad \text{innovation} = y - \hat y . $$
@@ -144,14 +253,14 @@ def stack(y, m, x):
 check("cartesian-stack", stack)
 
 # %% [markdown]
-# ## 4. One R for each landmark
+# ## 5. One R for each landmark
 #
 # `R` (2, 2) is the noise of *one* landmark. The stacked vector has $2p$ numbers, so it needs a $2p \times 2p$ covariance. The landmarks are
 # measured independently of each other, so `R` is repeated along the diagonal, with zeros everywhere else. This is a Kronecker product:
 #
 # $$ I_{p} \otimes R = \begin{bmatrix} R & & \\ & \ddots & \\ & & R \end{bmatrix} . $$
 #
-# > **Erratum.** The handout this lab grew from writes $I_{2p \times 2p} \otimes R$. Count the rows: that would be $4p$. It has to be $I_{p \times p}$.
+# > **Erratum.** The handout writes $I_{2p \times 2p} \otimes R$. Count the rows: that would be $4p$. It has to be $I_{p \times p}$.
 #
 # ### Exercise 2 · `repeat_R(R, p)`
 # Return the (2p, 2p) covariance. *Example:* for `p = 1` it is `R` itself.
@@ -174,9 +283,9 @@ def repeat_R(R, p):
 check("cartesian-repeat", repeat_R)
 
 # %% [markdown]
-# ## 5. The filter
+# ## 6. The filter
 #
-# The belief is a Gaussian with mean $\hat x$ and covariance $P$. Two things happen to it, in turn.
+# The belief is a Gaussian in the plane: mean $\hat x$, covariance $P$. Two things happen to it, in turn.
 #
 # **Predict.** The robot was told $v$. The mean moves along, and the noise of the motion makes the filter less sure:
 #
@@ -192,22 +301,43 @@ check("cartesian-repeat", repeat_R)
 # P &\leftarrow P - K S K^\top
 # \end{aligned} $$
 #
-# Read $K$ as a fraction: uncertainty of the position over uncertainty of the innovation. A filter that is unsure of itself (large $P$)
-# listens to its sensors; one that mistrusts its sensors (large $R$) listens to itself.
+# These are the formulas of section 1: if the sensor measures the position itself, $H$ is 1, and $K = P/(P+R)$ and $KSK = KP$. So read $K$ as before: a filter
+# that is unsure of itself (large $P$) listens to its sensors; one that mistrusts its sensors (large $R$) listens to itself.
+#
+# What is new is $H$. This sensor does not measure the position, but the way from there to a landmark. Try it on the line, where all of this is one number.
+#
+# **Before you run it:** a landmark appears 1 m farther to the *right* than expected. Where does the update move the estimate of the robot?
+# - (a) to the right, since that is where the news points;
+# - (b) to the left;
+# - (c) that depends on whether the landmark is to the robot's right or left.
+
+# %% id="guess-sign" tags=["guess"]
+guess = "b"
+P, R1, H = 3.0, 0.16, -1.0  # one step to the right, and a landmark is seen one step less far
+S = H * P * H + R1
+K = P * H / S
+innovation = 1.0  # [m]
+print(f"S = {S:.2f} m², K = {K:.3f}, P becomes {P - K * S * K:.3f} m²")
+print(f"the estimate moves by {K * innovation:.2f} m")
+reveal("sign", guess)
 
 # %% [markdown]
+# What seems too far to the right of me tells me that I am farther to the left than I thought. That is what the minus in $K$ says; without a sign it is the $K$ of section 1, and $P$
+# becomes what it became there.
+#
 # ### Exercise 3 · the class `KF`
 # Write `predict(u)` and `update(y)`. They return nothing; they change `self.xk_k`, shape (2,), and `self.Pk_k`, shape (2, 2).
 #
 # - `self.Q` and `self.R` are already those of one step (see `__init__`): do not multiply or divide by `dt` again.
 # - `y` may be empty. Then there is no news, and `update` changes nothing.
 # - You may call `stack` and `repeat_R`.
+# - Write `predict` first and run the check: it says that only `update` is missing.
 #
 # *Example.* From `x = (0, 0)`, `predict(np.array([0, 0.5]))` with `dt = 0.25` leads to `x = (0, 0.125)`.
 #
 # <details><summary>Hint 1: what is H?</summary>
 #
-# Each landmark contributes two rows. Its expected measurement is $x_{li} - \hat x$. If the robot moves one metre to the right, what happens
+# Each landmark contributes two rows, one for x and one for y. Its expected measurement is $x_{li} - \hat x$. If the robot moves one metre to the right, what happens
 # to the landmark as seen from the robot? So the two rows are $-I$, and `np.tile` repeats them.
 # </details>
 # <details><summary>Hint 2: the inverse of S</summary>
@@ -255,25 +385,34 @@ class KF:
 check("cartesian-kf", KF)
 
 # %% [markdown]
-# ## 6. Let it run
+# ## 7. Let it run
 #
 # The filter is started at (0, 0), which is wrong, with $P = 3\,I$, which admits it: σ = 1.7 m. Blue is the robot: `+` where it truly is,
 # a dashed circle how far it sees, stars what it measures. Orange-red is your filter: `+` its estimate and an ellipse out to 3σ. A
 # measured star may lie outside the circle: it is what the robot reports, noise and all.
 #
-# **Before you run it:** how large will the ellipse be before the first measurement, and how large after ten?
+# **Before you run it:** at the start the ellipse is a circle with a radius of 5.2 m. How large is it after the first step, with six landmarks in view?
+# - (a) about 5 m: one step is not much;
+# - (b) about 2.5 m: the filter meets the sensor half way;
+# - (c) about 0.5 m;
+# - (d) 0 m: the landmarks are on the map, so now it knows.
 
-# %%
+# %% id="guess-first-look" tags=["guess"]
+guess = "c"
 r = Robot((2, -2), Q, R, rng=1)
 kf = KF((0, 0), 3 * np.eye(2), Q, R, m)
 e = EnvPlot()
 e.plotSim(r, m, kf, pause=True)
+radius = []  # of the 3σ ellipse, the longer half axis [m]
 for k in range(40):
     u = r.action()
     kf.predict(u)
     y = r.measure(m)
     kf.update(y)
     e.plotSim(r, m, kf)
+    radius.append(3 * np.sqrt(np.linalg.eigvalsh(kf.Pk_k)[-1]))
+print(f"longer half axis after 1 step {radius[0]:.2f} m, after 10 steps {radius[9]:.2f} m")
+reveal("first-look", guess)
 
 # %% [markdown]
 # The same over the whole recorded run, to play, pause and step through (click the slider and use the arrow keys).
@@ -282,11 +421,11 @@ for k in range(40):
 play(make_filter(KF, log), log)
 
 # %% [markdown]
-# ## 7. How many steps until it knows?
+# ## 8. How many steps until it knows?
 #
-# `replay(kf, log)` runs a filter over a recorded log and returns its history. The picture shows the run, the error within the filter's own
-# 3σ bounds, and a number called NEES: the error squared, measured in the filter's own σ. For two numbers it should be about 2. Lab 2 is
-# about that; for now it is enough that it is neither 0.02 nor 200.
+# `replay(kf, log)` runs a filter over a recorded log and returns its history. The picture shows the run, with the ellipse of every eighth step and a blue dot where the
+# robot truly was then; the error within the filter's own 3σ bounds; and a number called NEES: the error squared, measured in the filter's own σ. For two
+# numbers it should be about 2. Lab 2 is about that; for now it is enough that it is neither 0.02 nor 200.
 
 # %%
 history = replay(make_filter(KF, log), log)
@@ -307,9 +446,6 @@ print("inside, and for ten steps in a row, from step", steps_to_converge(history
 print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 
 # %% [markdown]
-# > **Erratum.** The handout says that the truth lies in the 3σ ellipse with 99.7 % probability. That is true for *one* number. For two, it is
-# > $1 - e^{-9/2}$ = 98.9 %: about two steps of 160 are outside, and nothing is wrong with them.
-#
 # ### Question Q1
 # How many steps does your filter need until the true position is inside its ellipse? The first row of the table may surprise you: why is
 # it so, and what should one ask for, besides being inside, before calling an estimate *good*? Say how fast the ellipse shrinks, and why it
@@ -331,31 +467,52 @@ print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 # - 1 point: inside is not enough, the ellipse must also be small; or: what Q adds and the updates take away come into balance.
 
 # %% [markdown]
-# ## 8. Play with it
+# ## 9. Play with it
 #
-# The sliders change what the *filter is told*, not the robot: the recorded run and its noise stay the same. Factor 1 is the truth.
-# **Before you move anything:** what will you see in the middle panel when the filter is told that its sensors are 100 times worse?
+# The first two sliders change what the *filter is told*: a factor on its $Q$ or $R$, that is on a variance. Factor 100 means a σ that is ten times as large; beside the slider stands
+# which. The robot's run and its noise stay as they are, and factor 1 is the truth. The third slider is of another kind: it changes the robot's world, so that another run is recorded.
 #
-# Use the mouse, or Tab and the arrow keys.
+# **Before you move anything:** what will you see in the middle panel when the filter is told that its sensors have a σ ten times as large (factor 100)?
 
 # %%
 explore(KF, sliders=("Q", "R", "landmarks"))
 
 # %% [markdown]
+# Now a world with three landmarks only, so that the robot often sees none.
+#
+# **Before you run it:** what do the ellipses do?
+# - (a) They stay as with 25 landmarks: each look is as good as it was.
+# - (b) They grow as long as nothing is in view, and shrink at once when a landmark is.
+# - (c) They grow as long as nothing is in view, and shrink slowly after it, landmark by landmark.
+# - (d) They stay as they are as long as nothing is in view: nothing is learned, and nothing forgotten.
+
+# %% id="guess-few-landmarks" tags=["guess"]
+guess = "b"
+few = simulate(Robot((2, -2), Q, R, rng=1), random_map(3, rng=1))
+history = replay(make_filter(KF, few), few)
+show_run(few, history)
+first = np.flatnonzero(few.count)[0] + 1  # the first step with a landmark in view
+before, after = semi_axis(history)[[first - 1, first]]
+print(
+    f"longer half axis before the first landmark {before:.1f} m, one step later {after:.1f} m"
+)
+reveal("few-landmarks", guess)
+
+# %% [markdown]
 # ### Question
-# Set the number of landmarks to 3, then to 60. What happens to the ellipses along the path, and which line of `update` does it?
+# In the explorer set the number of landmarks to 60, then to 3. How large are the ellipses along the path in the two worlds? Which line of your class makes them small, and which one makes them grow?
 
 # %% [markdown] id="answer-landmarks" tags=["answer"] points=2 title="Question on the number of landmarks"
 # ### BEGIN SOLUTION
-# With 60 landmarks the ellipses are small everywhere; with 3 they grow to metres wherever nothing is in view, since `predict` adds $Q$ at
-# each step and no `update` takes anything away. The line is $P \leftarrow P - KSK^\top$. Written with inverses, one step is
-# $P^{-1} \leftarrow P^{-1} + p\,R^{-1}$: each landmark adds its share of information, whatever its distance.
+# With 60 landmarks the ellipses are small everywhere; with 3 they grow to metres wherever nothing is in view. What makes them small is
+# $P \leftarrow P - KSK^\top$ in `update`. Written with inverses, one step is $P^{-1} \leftarrow P^{-1} + p\,R^{-1}$: each landmark in view adds its share of
+# information, whatever its distance. What makes them grow is $P \leftarrow P + Q$ in `predict`: it comes at every step, and with nothing in view `update` takes nothing away.
 # ### END SOLUTION
 
 # %% [markdown] id="rubric-landmarks" tags=["hidden"]
 # **Number of landmarks, 2 points.**
-# - 1 point: small ellipses with many, growing ones between sights with few.
-# - 1 point: names the line P - K S K' (each landmark in view takes something away; predict only adds).
+# - 1 point: small ellipses with many landmarks, and the line P - K S K' (each landmark in view takes something away).
+# - 1 point: ellipses that grow where nothing is in view, and the line P + Q of `predict`.
 
 # %% [markdown] tags=["hidden"]
 # ## Graded checks
@@ -369,7 +526,7 @@ from labkit.instructor.exam.exam import Exam
 
 exam = Exam("01_cartesian_ekf")
 check = exam.check
-Q, R = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, 0.2**2])  # as in section 1
+Q, R = np.diag([0.25**2, 0.25**2]), np.diag([0.2**2, 0.2**2])  # as in section 2
 
 
 def drive(rng, landmarks=25, Q=Q, R=R, steps=160, range=2.5):
@@ -448,8 +605,7 @@ print("passed")
 # `labkit check notebooks/01_cartesian_ekf.ipynb` in a terminal (in JupyterLab: File → New → Terminal).
 #
 # **Next:** in [lab 2](02_noise_mismatch.ipynb) you lie to the filter about its noise, and learn to catch a filter that lies to you.
-
-# %% [markdown]
+#
 # ## Errata and references
 #
 # What differs here from the handout and its scripts, and why:

@@ -15,7 +15,7 @@
 # **You will write** `nees`, `nis`, `verdict` and `longest_dark`, each a few lines, and answer questions Q2 to Q5.
 #
 # **Before some cells you make a prediction:** write the letter of your choice into `guess = "?"`, then run the cell. It says why each choice was
-# tempting (left at `"?"`, the cell shows the result and keeps the reasons). Nobody marks it; but what you predicted and got wrong is what you will remember.
+# tempting. Nobody marks it; but what you predicted and got wrong is what you will remember.
 
 # %% [markdown]
 # ## Symbols
@@ -29,7 +29,7 @@
 # | $p$ | `len(y)` | number | – | how many landmarks are in view |
 # | $\nu$, $S$ | `nu`, `S` | (2p,), (2p, 2p) | m, m² | innovation and its covariance, from lab 1 |
 # | – | `nis(...)` | number | – | NIS, the normalized innovation squared, $\nu^\top S^{-1} \nu$ |
-# | $Q$, $R$ | `Q`, `R` | (2, 2) | m²/s, m² s | noise of the motion and of the sensor, per second, as robots and filters are told it (only in `nis`, `R` is that of one step, m²) |
+# | $Q$, $R$ | `Q`, `R` | (2, 2) | m²/s, m² s | noise of the motion and of the sensor, per second, as robots and filters are told it |
 # | $\chi^2_n$ | `chi2_bounds(n)` | two numbers | – | chi-square distribution with $n$ degrees of freedom |
 
 # %% id="setup" tags=["setup"]
@@ -54,7 +54,7 @@ KF = load_answer("01_cartesian_ekf", "KF")  # your own filter, as you last saved
 # This is the **NEES**. For a single number it would be $(e/\sigma)^2$: two σ off gives 4. So "the truth is inside the 3σ ellipse", which you counted in
 # lab 1, is nothing else than $\epsilon < 9$.
 #
-# How large may it be by chance? Take $n$ random numbers, independent and bell-shaped (Gaussian), with mean 0 and variance 1, square them and add them up: the
+# How large may it be by chance? Take $n$ random numbers with mean 0 and variance 1, bell-shaped (Gaussian), square them and add them up: the
 # sum follows the **chi-square distribution with $n$ degrees of freedom**, written $\chi^2_n$. Its mean is $n$. If the filter is honest, $e$ measured in its σ is
 # two such numbers, so $\epsilon$ follows $\chi^2_2$: its mean is 2, and it lies between 0.05 and 7.4 in 95 % of the steps. Much larger: *overconfident*, the
 # filter errs more than it admits. Much smaller: *underconfident*, it knows more than it says.
@@ -115,9 +115,6 @@ print(metrics.summary(history, log))
 reveal("small-r", guess)
 
 # %% [markdown]
-# Two things about the picture. The ellipses along the path are there, but with half axes of about 5 cm the path hides them; the large circle is the belief at the
-# start. And in the middle panel the bounds of x lie under those of y, since with this sensor the ellipses are circles.
-#
 # ### Question Q2
 # How many steps does it take until the truth is inside the ellipse, and does it stay there? What happens to the estimate? Explain it with the
 # equations for $S$, $K$ and $P$ of lab 1.
@@ -158,8 +155,7 @@ reveal("large-r", guess)
 
 # %% [markdown]
 # ### Question Q3
-# The same questions: how many steps until the truth is inside, what happens to the estimate (when has it forgotten the wrong start?), does the truth stay
-# inside, and why? In what sense is *always inside* not a compliment?
+# The same questions: how many steps, what happens to the estimate, is the truth inside, and why? In what sense is *always inside* not a compliment?
 
 # %% [markdown] id="answer-q3" tags=["answer"] points=2 title="Question Q3"
 # ### BEGIN SOLUTION
@@ -187,10 +183,8 @@ reveal("large-r", guess)
 # follows $\chi^2_{2p}$: two numbers for each of the $p$ landmarks in view.
 #
 # ### Exercise 2 · `nis(x, P, R, y, m)`
-# Return the NIS of one step, a number. `x` and `P` are what `predict` has left, `R` (2, 2) is the noise of one landmark in one
-# step (already divided by $T$, like `self.R`), `y` is the list of landmarks in view, `m` the
-# map. The first lines are those of your `update` in lab 1, up to $S$; `stack` and `repeat_R` stayed in lab 1, so copy
-# them into the cell below if you want to call them. With nothing in view there is no NIS: return `np.nan`.
+# Return the NIS of one step, a number. `x` and `P` are what `predict` has left, `R` (2, 2) belongs to one landmark, `y` is the list of landmarks in view, `m` the
+# map. The first lines are those of your `update` in lab 1, up to $S$. With nothing in view there is no NIS: return `np.nan`.
 #
 # *Example:* one landmark, `P` and `R` both `0.5 I`: $S$ is the unit matrix, and an innovation of (1, 2) gives 5.
 #
@@ -219,7 +213,7 @@ check("mismatch-nis", nis)
 
 # %% [markdown]
 # Over a whole run the kit does it for you: `metrics.nis`. It finds the same numbers from what the filter believed before and after each update, without its
-# $S$. Here both are side by side, for your filter that was told the truth (`honest.R` is the `R` of one step).
+# $S$. Here both are side by side, for your filter that was told the truth.
 
 # %%
 honest = replay(make_filter(KF, log), log)
@@ -252,8 +246,7 @@ reveal("three-nis", guess)
 # ## 5. Q against R
 #
 # Now lie about the motion instead. One table, one run, five filters. Below it are sliders for everything in between; watch their third panel: it is the
-# NIS, the one you would also have on a real robot. In the table, the RMSE is that of the steps after 10 s; *half axis* is the longer one of the 3σ ellipse, at
-# 20 s; the rest is about the whole run.
+# NIS, the one you would also have on a real robot.
 #
 # **Before you run it:** which other row has the same error (RMSE) as `0.01 R`?
 # - (a) `100 R`: both are wrong by a factor of a hundred.
@@ -281,7 +274,7 @@ explore(KF, kind="nis")
 # %% [markdown]
 # ### Question Q4
 # Which has more influence on the result, `Q` or `R`? Compare the rows for `0.01 R` and `100 Q`, and those for `100 R` and `0.01 Q`: what is the same,
-# what is different, and why? Which of the four lies would the NIS alone hardly have told you?
+# what is different, and why?
 
 # %% [markdown] id="answer-q4" tags=["answer"] points=3 title="Question Q4"
 # ### BEGIN SOLUTION
@@ -314,9 +307,7 @@ show_run(log, history)
 print(metrics.summary(history, log))
 
 # %% [markdown]
-# Would you have noticed? The picture looks much like an honest filter's. The printed line raises a suspicion: the truth is outside in 7 % of the steps, where 1 %
-# is expected, and the mean NEES is 3.4. But how far from 2 may the mean of one run be by chance? The bounds cannot say: they are for independent numbers,
-# and the steps of one run are not, since an error lasts for several steps. It takes more than one run.
+# Would you have noticed? The truth is hardly ever outside. Yet this filter is overconfident, and it takes more than one run to show it.
 #
 # The NEES of one run jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
 # close to 2 at each step, and the bounds come close to each other: the sum of $k$ numbers that follow $\chi^2_2$ follows $\chi^2_{2k}$.
@@ -373,7 +364,7 @@ for ax, factor in zip(axes, [0.5, 1, 2]):
 plt.show()
 
 # %% [markdown]
-# Told half the true `R`, a single run raises a suspicion at best. Sixty runs convict it at nearly every step.
+# Told half the true `R`, a single run looks fine to the eye. Sixty runs convict it at nearly every step.
 #
 # ## 7. Nothing in view
 #
@@ -429,8 +420,8 @@ reveal("in-the-dark", guess)
 
 # %% [markdown]
 # ### Question Q5
-# What happens when the robot sees no landmark, and why? Is the filter still honest in the dark? (What do two means of one run prove? Think of section 6.) And how many
-# dark steps would it take, beginning with a σ near zero, until σ is as large as the sensor's range of 2.5 m? (One step has σ = 0.125 m, as in lab 1.)
+# What happens when the robot sees no landmark, and why? Is the filter still honest in the dark? And how many dark steps would it take, beginning near zero,
+# until its σ is as large as the sensor's range of 2.5 m? (One step has σ = 0.125 m, as in lab 1.)
 
 # %% [markdown] id="answer-q5" tags=["answer"] points=2 title="Question Q5"
 # ### BEGIN SOLUTION

@@ -148,7 +148,7 @@ def lines(cell):
 
 
 # Of labs that do not yet keep to the limits: (cells, exercises, given lines, lines of one cell, predictions).
-YET = {"01": (45, 5, 150, 15, 0), "06": (60, 5, 240, 37, 0)}
+YET = {"06": (60, 5, 240, 37, 0)}
 YET |= {"07": (45, 5, 150, 23, 0), "08": (0, 0, 0, 44, 0)}
 
 

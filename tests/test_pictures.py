@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from labkit import EnvPlot, Robot, explore, make_filter, metrics, play, progress, random_map
+from labkit import EnvPlot, Robot, explore, explore_line, make_filter, metrics, play, progress, random_map, simulate
 from labkit.canvas import Canvas
-from labkit.plots import ConsistencyPanel, MapPanel, limits, plot_mean_nees, plot_run
+from labkit.plots import BLUE, VERMILION, ConsistencyPanel, ErrorPanel, MapPanel, limits, plot_mean_nees, plot_run
 
 from helpers.drawings import kept, pixels, widgets
 from helpers.reference import ROOT, Q, R, history, record, solution
@@ -28,15 +28,49 @@ def test_a_run_fills_three_panels():
     axes = Figure().subplots(1, 3)
     plot_run(axes, log, history(log), "nis")
     assert all(len(line.get_xdata()) for line in axes[0].lines[:3])
-    np.testing.assert_allclose(axes[1].lines[1].get_ydata(), metrics.errors(history(log), log)[:, 0])
+    np.testing.assert_allclose(axes[1].lines[2].get_ydata(), metrics.errors(history(log), log)[:, 0])
 
 
-def test_bounds_are_drawn_where_something_was_seen_only_now_and_then():
-    """At ten steps a second most steps of a real log see nothing; the bounds are still lines."""
+def test_bounds_are_a_band_where_something_was_seen():
+    """Each holds until the next reading, but not for more than a second; the NIS itself has gaps between."""
     log = record(landmarks=3)
     panel = ConsistencyPanel(Figure().subplots(), 40, "nis").show(log, history(log))
-    assert 2 < len(panel.low.get_xdata()) == (log.count > 0).sum()
-    assert np.isfinite(panel.low.get_ydata()).all()
+    band = np.array([path.vertices for path in panel.bounds.get_paths()])
+    seen = log.times[1:][log.count > 0]
+    assert 2 < len(band) == len(seen) < len(log) and (np.isnan(panel.value.get_ydata()) == (log.count == 0)).all()
+    np.testing.assert_allclose(band[:, 0, 0], seen)
+    width = band[:, 1, 0] - band[:, 0, 0]
+    np.testing.assert_allclose(width[:-1], np.minimum(np.diff(seen), 1.0))
+
+
+def test_where_the_truth_was_is_drawn_with_each_ellipse():
+    log = record()
+    panel = MapPanel(Figure().subplots()).show(log, history(log), ellipses=5)
+    np.testing.assert_allclose(np.transpose(panel.then.get_data()), log.truth[::40])
+
+
+@pytest.mark.parametrize("noise, height", [(1.0, 0.7), (1e-4, 0.01), (0.0025, 0.03)])
+def test_errors_are_drawn_as_high_as_they_and_their_bounds_are(noise, height):
+    """Up to what is in view; and the stored background follows, so that the axis says so."""
+    log = simulate(Robot((2, -2), noise * Q, noise * R["xy"], rng=1), random_map(25, rng=1))
+    canvas = Canvas(4, 4)
+    panel = ErrorPanel(canvas.axes[0], 40)
+    canvas.move(panel)
+    panel.show(record(), history(record(), R=100 * R["xy"]))
+    before = pixels(canvas.png())
+    panel.show(log, history(log, Q=noise * Q, R=noise * R["xy"]))
+    assert canvas.axes[0].get_ylim() == pytest.approx((-height, height))
+    left = (slice(None), slice(0, 55))  # where the numbers of the axis are
+    assert (pixels(canvas.png())[left] != before[left]).any()
+
+
+def test_the_bounds_of_x_and_y_are_both_seen_where_they_are_the_same():
+    log = record()
+    panel = ErrorPanel(Figure().subplots(), 40).show(log, history(log))
+    (_, of_x), (_, of_y) = panel.lines
+    np.testing.assert_allclose(of_x.get_ydata(), of_y.get_ydata())
+    assert of_x.get_linewidth() > 3 * of_y.get_linewidth()
+    assert not {line.get_color() for line in panel.artists} & {BLUE, VERMILION}  # truth and estimate, beside it
 
 
 def test_the_mean_nees_of_one_run_is_that_run():
@@ -70,6 +104,21 @@ def test_sliders_change_picture_and_figures():
     assert kept(box)["text/plain"] == text
     widgets(box, "IntSlider")[0].value = 0
     assert "RMSE" in kept(box)["text/plain"]
+
+
+def test_two_bells_meet_on_a_line():
+    """From the numbers that the lab computes; what the sensor says moves the estimate, and leaves its variance."""
+    box = explore_line()
+    first = kept(box)
+    assert "K = 0.95" in first["text/plain"] and "to 1.90 m" in first["text/plain"] and "0.152" in first["text/plain"]
+    assert np.ptp(pixels(base64.b64decode(first["image/png"]))) == 255
+    widgets(box, "FloatSlider")[0].value = -3
+    moved = kept(box)
+    assert "to -2.85 m" in moved["text/plain"] and "from 3 to 0.152 m²" in moved["text/plain"]
+    assert moved["image/png"] != first["image/png"]
+    for slider in widgets(box, "FloatLogSlider"):
+        slider.value = 1.0
+    assert "K = 0.50" in kept(box)["text/plain"] and "from 1 to 0.5 m²" in kept(box)["text/plain"]
 
 
 def test_the_seed_button_gives_another_run_and_the_sliders_do_not():
