@@ -5,6 +5,7 @@ import numpy as np
 from .findings import Finding, acts, close, number_text
 from .single import Part, Single
 
+KNOWN = "other"  # the probe that shows what those of the gate show
 KEPT = ("one", "one P", "one R", "other")  # whose d2 are read
 
 
@@ -13,6 +14,20 @@ def surprises(single: Single) -> list[Finding]:
     if not single.probed.both("d2 one"):
         return []
     return [*_value(single), *_list(single), *_gate(single)]
+
+
+def in_gain_only(single: Single, found: list[Finding]) -> list[Finding]:
+    """Where d2 comes out right, so does S: what was read off the gain is then told of the gain alone."""
+    off = [f for f in found if f.part in ("R", "H P H'")]
+    lists = {id: _kept(single, f"d2 {id}") for id in KEPT}
+    if not off or not all(kept and close(kept[0], kept[1], 1e-2) for kept in lists.values()):
+        return found
+    if all(close(part.S, single.right(id).S, 1e-2) for id, part in single.parts.items() if id in KEPT):
+        return found  # it is off elsewhere only
+    came, right = single.parts["one"].S, single.right("one").S
+    text = f"`self.d2` comes out right, so S is; what stands in its place in the gain {acts(came, right)}."
+    told = Finding("gain", text, [part.S for id, part in single.parts.items() if id in KEPT])
+    return [told if f is off[0] else f for f in found if f not in off[1:]]
 
 
 def _kept(single, id):
@@ -37,11 +52,15 @@ def _value(single):
     right = {id: kept[1] for id, kept in lists.items()}
     if all(close(came[id], right[id], 1e-2) for id in KEPT):
         return []
-    if single.covariances and not single.gains:  # H and R are right, and what acts as the innovation may be in d2 too
+    if single.blind:
+        parts, offs = {id: single.right(id) for id in KEPT}, {id: _nu(single, id) for id in KEPT}
+        own = []
+    elif single.covariances and not single.gains:  # H and R are right, and what acts as the innovation may be in d2 too
         ways = {id: np.linalg.pinv(single.pairs[id][1].gain) @ single.pairs[id][0].moved for id in KEPT}
         own = [{id: _square(nu, single.right(id)) for id, nu in ways.items()}]
+        own += [{id: _square(single.off(id), single.right(id)) for id in KEPT}]
         parts, offs = {id: single.right(id) for id in KEPT}, {id: _nu(single, id) for id in KEPT}
-    elif set(KEPT) <= single.parts.keys() and not single.blind:
+    elif set(KEPT) <= single.parts.keys():
         parts, offs = single.parts, {id: single.off(id) for id in KEPT}
         own = [{id: _square(offs[id], parts[id]) for id in KEPT}]
     else:
@@ -51,9 +70,11 @@ def _value(single):
     due = {id: _square(offs[id], parts[id]) for id in KEPT}
     forms = {id: _forms(offs[id], parts[id]) for id in KEPT}
     words = [name for name in forms["one"] if all(close(came[id][0], forms[id][name], 1e-2) for id in KEPT)]
+    if single.blind and not (words and single.covariances or words == ["no R"]):  # who knows what is expected, or S
+        return []
     how = f": {_WORDS[words[0]]}" if words else ""
     text = f"`self.d2` {acts(came['one'][0], np.array(due['one']))}{how}."
-    return [Finding("d2", text, [came[id] for id in KEPT])]
+    return [Finding("R" if words == ["no R"] else "d2", text, [came[id] for id in KEPT])]
 
 
 def _nu(single, id):
@@ -142,7 +163,8 @@ def _gate(single):
     ways = [np.array(list(right.values())) < limits]
     if all(forms.values()):
         ways.append(np.array([form["d2"] for form in forms.values()]) < limits)
-    if all(len(a.fields["d2"]) == 1 for a, _ in asked.values()):
+    kept = all(len(a.fields["d2"]) == 1 for a, _ in asked.values())
+    if kept:
         ways.append(np.array([a.fields["d2"][0] for a, _ in asked.values()]) < limits)
     value = [came.astype(float)]
     if any((came == way).all() for way in ways):
@@ -153,18 +175,19 @@ def _gate(single):
     thing = "a landmark" if single.probed.probes[list(asked)[k]].get("first", 1) == 1 else "a reading"
     what = "is let pass" if came[k] else "is left out"
     text = f"With gate={limits[k]:g} {thing} whose d2 is {number_text(d2[k])} {what}"
-    return [Finding("gate", f"The gate: {text[0].lower()}{text[1:]}{told}.", value)]
+    part = "d2" if not kept and "as if" in told else "gate"  # where it shows in the gate only
+    return [Finding(part, f"The gate: {text[0].lower()}{text[1:]}{told}.", value)]
 
 
-def _forms_of(single, id, known="other"):
+def _forms_of(single, id):
     """What may stand for d2 at a probe of the gate, from the student's own H, R and expected measurement; or None."""
-    if single.blind or known not in single.pairs:
+    if single.blind or KNOWN not in single.pairs:
         return None
-    part = single.right(known) if single.covariances else single.parts.get(known)
+    part = single.right(KNOWN) if single.covariances else single.parts.get(KNOWN)
     if part is None:
         return None
-    base = _nu(single, known) if single.covariances and not single.gains else single.off(known)
-    return _forms(single.turned(base + single.seen(id) - single.seen(known)), part)
+    base = _nu(single, KNOWN) if single.covariances and not single.gains else single.off(KNOWN)
+    return _forms(single.turned(base + single.seen(id) - single.seen(KNOWN)), part)
 
 
 def _compared(came, right, d2, limits, forms):
@@ -184,14 +207,8 @@ def _compared(came, right, d2, limits, forms):
 
 def _beside(single):
     """Something honest in view together with something beyond the gate."""
-    alone, first, last = (single.probed.mine.get(id) for id in ("honest", "lie first", "d2 gated"))
-    if not (alone and first and last and _passes(alone)):
-        return []
-    lie, honest = _forms_of(single, "lie first"), _forms_of(single, "honest", "one")
-    if not lie or not honest:
-        return []
-    gate = single.probed.probes["honest"]["make"][1]["gate"]
-    if not lie["d2"] > gate > honest["d2"]:
+    alone, lie, first, last = (single.probed.mine.get(id) for id in ("honest", "lie", "lie first", "d2 gated"))
+    if not (alone and lie and first and last and _passes(alone)) or _passes(lie):
         return []
     came = [_passes(first), _passes(last)]
     if all(close(a.moved, alone.moved, 2e-2) for a in (first, last)):

@@ -51,7 +51,7 @@ def _motion(probed):
             Finding("motion", "`predict` forgets where the robot was: the motion is added to the old estimate.", value)
         ]
     probe, how = probed.probes[id], _how(probed, values)
-    options = "".join(f" with {name}={value}" for name, value in probe["make"][1].items())
+    options = "".join(f" with {name}={value}" for name, value in probe["make"][1].items() if name != "gate")
     call = f"`predict({number_text(np.array(probe['calls'][-1][1]))})`{options}"
     text = f"{call} moves {probed.x} by {number_text(came)}, right is {number_text(right)}{f' ({how})' if how else ''}."
     return [Finding("motion", text, value)]

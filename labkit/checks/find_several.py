@@ -33,12 +33,16 @@ def _due(single, id):
         return right
     if id != "two" or not {"one", "other"} <= single.parts.keys():
         return None
+    if single.scale * single.whole != 1 and single.probed.probes[id]["first"] > 1:
+        return None  # one reading after the other: the second is seen from where the first led
     order = (single.parts["other"], single.parts["one"])  # as the probe shows them
     H, P, m = np.vstack([part.H for part in order]), right.P, len(order[0].R)
-    S = H @ P @ H.T
+    S = (order[0].share(P) if single.whole == 1 else 1) * H @ P @ H.T
     for k, part in enumerate(order):
         S[k * m : (k + 1) * m, k * m : (k + 1) * m] += part.R
-    gain = P @ H.T @ np.linalg.pinv(S)
+    if np.linalg.cond(S) > 1e5:  # where R is missing, what comes out depends on rounding
+        return None
+    gain = P @ H.T @ (np.linalg.inv(S) if single.inverted else S)
     return replace(right, gain=single.scale * single.whole * gain, after=P - gain @ S @ gain.T)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .find_gate import surprises
+from .find_gate import in_gain_only, surprises
 from .find_several import several, stopped
 from .findings import Finding, Probed, acts, close, number_text, trait
 from .gains import OTHER_WAY, explained
@@ -17,6 +17,7 @@ def update(probed: Probed) -> list[Finding]:
     """The wrong quantities of `update`, in the order of its lines."""
     single = Single(probed)
     found = [*_empty(probed), *_corrections(single)]
+    found = in_gain_only(single, found)
     gate = [] if any(f.part == "stops" for f in found) else surprises(single)
     if single.blind and any(f.part == "gate" for f in gate):  # nothing was let pass
         found = [f for f in found if f.part not in ("estimate", "P")]
@@ -99,7 +100,8 @@ def _replaced(single):
 
 def _steady(single):
     """Whether the innovation that explains the moves is the same for several gains."""
-    offs = [single.off(id) for id in ("one", "one P", "one R") if id in single.pairs]
+    ids = [id for id in ("one", "one P", "one R", "one wide") if id in single.pairs]
+    offs = [single.off(id) for id in ids if np.abs(single.pairs[id][0].gain).max() > 1e-3]
     return all(close(off, offs[0], 2e-2) for off in offs)
 
 

@@ -55,7 +55,17 @@ def _in_S(single, other_landmark):
         if close(grown, share * known):
             return [*found, *_share(single, parts, share, known)]
     single.parts = {}
-    return None
+    return _not_inverted(single, parts, known)
+
+
+def _not_inverted(single, parts, known):
+    """The gain is P H' S: R is what is left of this S."""
+    S = {id: np.linalg.pinv(part.S) for id, part in parts.items()}
+    if not close((S["one P"] - S["one"]) / 2, known):
+        return None
+    single.parts = {id: Part(p.H, S[id] - p.H @ single.pairs[id][0].P @ p.H.T, S[id]) for id, p in parts.items()}
+    single.inverted = False
+    return [*noise(single), Finding("gain", "S is not inverted in the gain: K = P H' S^-1.", [np.array(-1.0)])]
 
 
 def _share(single, parts, share, known):
@@ -69,7 +79,8 @@ def _share(single, parts, share, known):
     single.parts = {id: Part(part.H, rest[id], part.S) for id, part in parts.items()}
     came = share * known
     text = f"The part of S that comes from the estimate, H P H', {acts(came, known, trait([came], [known]))}."
-    return [Finding("H P H'", text, [came]), *noise(single)]
+    value = [came, single.pairs["one"][0].after][: 1 + close(came, 0 * came)]  # or it is in the gain only
+    return [Finding("H P H'", text, value), *noise(single)]
 
 
 def _other_way():
@@ -92,7 +103,7 @@ def noise(single: Single) -> list[Finding]:
             else f"`self.R` has no effect: in its place stands {number_text(R['one'])}."
         )
         return [Finding("R", f"In `update`, {text}", value)]
-    ids = [id for id in ("one", "one dt", "other") if id in R]
+    ids = [id for id in ("one", "one dt", "other") if id in R] if off != ["partial"] else off
     how = trait([R[id] for id in ids], [rights[id] for id in ids], single.seconds(ids))
     where = ", for what is cut off" if off == ["partial"] else ""
     return [Finding("R", f"R, as it stands in S{where}, {acts(R[off[0]], rights[off[0]], how)}.", value)]

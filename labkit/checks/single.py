@@ -27,6 +27,10 @@ class Part:
         S = np.linalg.pinv(gain) @ P @ H.T
         return cls(H, S - H @ P @ H.T, S)
 
+    def share(self, P: Array) -> float:
+        """How many times H P H', with this P (n, n) of the right answer, stands in S."""
+        return float(np.trace(self.S - self.R) / np.trace(self.H @ P @ self.H.T))
+
 
 class Single:
     """The student's and the right answers to all probes with one landmark in view."""
@@ -37,6 +41,7 @@ class Single:
         for id, (a, r) in probed.both("").items():
             if a.gain.size and r.gain.shape[1] == 2 and close(a.x, r.x) and close(a.P, r.P):
                 self.pairs[id] = (a, r)
+        self._without_what_a_gate_left_out()
         self.tight = {id: pair for id, pair in self.pairs.items() if not id.endswith(("wide", "narrow", "bent"))}
         self.gains = all(close(a.gain, r.gain) for a, r in self.pairs.values())
         self.covariances = all(close(a.after, r.after) for a, r in self.tight.values())
@@ -47,7 +52,15 @@ class Single:
         self.steps = {id for id in STEPS if id in probed.right}
         self.scale = 1.0  # of the correction, where that alone is larger than the gain
         self.whole = 1.0  # of the gain, where that is larger than its parts
+        self.inverted = True  # whether S is inverted in the gain
         self.parts: dict[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
+
+    def _without_what_a_gate_left_out(self):
+        """Of a filter that was told a gate: it may keep another one."""
+        still = {id for id, (a, _) in self.pairs.items() if close(a.gain, 0 * a.gain) and close(a.after, a.P, 1e-9)}
+        for id in still if still != self.pairs.keys() else ():
+            if "gate" in self.probed.probes[id]["make"][1]:
+                del self.pairs[id]
 
     def right(self, id: str) -> Part:
         """H, R and S of the right answer to one of STEPS."""

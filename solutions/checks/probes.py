@@ -158,6 +158,7 @@ def pose_probing(x0, P0, make, place, shown, look, u, ids, partial=None):
             surprise("d2 again", [(first, OFF)], [(second, OFF)]),
             surprise("d2 gated", [(first, OFF), (second, (0, 1.8))], gate=10.0),
             surprise("honest", [(first, OFF)], gate=10.0),
+            surprise("lie", [(second, (0, 1.8))], gate=10.0),
             surprise("lie first", [(second, (0, 1.8)), (first, OFF)], gate=10.0),
             *(surprise(f"gate {k}", [(second, off)], gate=gate) for k, (gate, off) in enumerate(GATES)),
             *(
