@@ -3,7 +3,7 @@
 import pytest
 from checks.test_checks import failure
 
-LEGGED, PAPER, GROUP = "legged-ekf", "team-paper", "team-ekf"
+LEGGED, PAPER, GROUP = "legged-ekf", "team-reading", "team-ekf"
 D2 = "self.d2.append(nu[block] @ np.linalg.solve(S[block, block], nu[block]))"
 KEEP = "keep = np.repeat(np.array(self.d2) < self.gate, 2)"
 D2_TEAM = "self.d2.append(nu @ np.linalg.solve(S, nu))"
@@ -45,9 +45,5 @@ def test_a_gate_and_what_comes_after_it_are_told_both():
 
 def test_a_heading_that_is_not_wrapped_is_told_beside_another_mistake():
     wrap = "                self.x[:, 2] = wrap(self.x[:, 2])\n"
-    text = " ".join(
-        str(
-            failure(PAPER, [(wrap, ""), ("self.noise.of_step(u[0])[:2] ** 2", "3 * self.noise.of_step(u[0])[:2] ** 2")])
-        ).split()
-    )
-    assert "adds to P acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text
+    text = " ".join(str(failure(PAPER, [(wrap, ""), ("+ np.diag(sigma**2)", "+ 3 * np.diag(sigma**2)")])).split())
+    assert "R, as it stands in S, acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text
