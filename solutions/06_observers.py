@@ -321,7 +321,7 @@ apart = 100 * np.linalg.norm((odometry - log.truth)[:, 0, :2], axis=1)
 steps = scenarios.passed(log, scenarios.CROSS)
 for name, k, back in zip(("left", "upper", "right", "lower"), steps[::2], steps[1::2]):
     print(
-        f"{name} tip: odometry {apart[k]:.0f} cm off, then in the centre {apart[back]:.0f} cm"
+        f"{name} tip: odometry {apart[k]:.0f} cm off, back in the centre {apart[back]:.0f} cm"
     )
 reveal("tips", guess)
 
