@@ -60,7 +60,7 @@ for k in range(4):
     print(f"step {k}: odometry {log.controls[k].round(3)}, sees", *seen)
 
 # %% [markdown]
-# Two frames are at work (figures 1 and 5 of the paper, seen from above). The *world's* axes lie on the field. The *robot's* axes sit in its body, x ahead and y to the left, and turn with it. Poses are in the world's frame; odometry, and the bearing α of a landmark, are in the robot's.
+# Two frames are at work (figures 1 and 5 of the paper, seen from above). The *world's* axes lie on the field. The *robot's* axes sit in its body, x ahead and y to the left, and turn with it. Poses are in the world's frame; odometry, and the bearing α of a landmark, are in the robot's. (The step on the right is drawn far too large; a real one is 2.5 cm.)
 
 # %%
 show_frames(pose=(1.15, 0.55, 0.6), u=(0.5, 0.3, 0.5), landmark=(2.4, 2.4))

@@ -409,12 +409,14 @@ plot_race(axes, results)
 plt.show()
 
 # %% [markdown]
+# The picture has a row for each localizer. Left: the darker, the larger its median error. In the middle: a dot at the median time until it is found again, a line to the time that 95 % of those that are found do not exceed, and how many are found at all. Right: good and cheap is at the lower left.
+#
 # ### Question B
 # Which would you put on the robot, which has to think about football too? Give the two figures of the table that decide it for you, and one that speaks against your choice.
 
 # %% [markdown] id="answer-rivals" tags=["answer"] points=2 title="Question B: which localizer"
 # ### BEGIN SOLUTION
-# Grid + EKF: it tracks as well as the EKF alone (about 5 cm, where the grid has 12 and 2000 particles have 8), finds every kidnapped robot, and costs little more than the EKF, a third of the grid. Against it: after a kidnapping it takes about a
+# Grid + EKF: it tracks as well as the EKF alone (about 5 cm, where the grid has 12 and 2000 particles have 8), finds every kidnapped robot, and costs much less than the grid. Against it: after a kidnapping it takes about a
 # second longer than the grid alone, for the grid starts from nothing; with the grid in the background it is quicker, at three times the cost of the EKF. Monte Carlo with 500 particles and an EKF is a good choice as well.
 # ### END SOLUTION
 
