@@ -32,6 +32,8 @@
 # | $H, R, S, K$ | `H`, `R`, `S`, `K` | | | as in lab 3: derivative of the measurement, its noise, covariance of the innovation, gain |
 # | $d^2$ | `kf.d2` | list | – | $\nu_i^\top S_i^{-1} \nu_i$ of each landmark: the square of how many standard deviations it is off |
 #
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
+#
 # The paper's equations carry their numbers here, so that you can look them up.
 
 # %% id="setup" tags=["setup"]

@@ -30,6 +30,8 @@
 # | $P$ | `P` | (3, 3) | m², rad² | covariance of your EKF's pose |
 # | $d^2$ | `d2` | list | – | of each sighting: the square of how many standard deviations it is off, from lab 4 |
 #
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
+#
 # The letters are those of the paper's section 3. Its width Δ and flank α say the same as $c$ and $s$, which are easier to compute with.
 
 # %% id="setup" tags=["setup"]

@@ -31,6 +31,8 @@
 # | $d^2$ | `self.d2` | list | – | $\nu^\top S^{-1} \nu$ of each reading: how far it is off, in standard deviations, squared |
 # | $Q_i$ | – | (3, 3) | m², rad² | covariance of the odometry of robot i in one step, in its own frame |
 #
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
+#
 # A *reading* is a triple `(i, j, z)`: robot i saw robot j at `z`.
 
 # %% id="setup" tags=["setup"]

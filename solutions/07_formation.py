@@ -29,6 +29,8 @@
 # | $k_a, k_r, \rho_0$ | `k_a`, `k_r`, `rho_0` | numbers | 1/s, m⁴/s, m | how strongly the slot pulls, how strongly others push, and from which distance on |
 # | $w$ | `w` | (k,) | – | how probable each of k guesses is; their sum is 1 |
 # | $m$ | `misfits` | (k,) | – | sum of the $d^2$ of lab 6 of all readings of a step, for each guess |
+#
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 
 # %% id="setup" tags=["setup"]
 import copy
