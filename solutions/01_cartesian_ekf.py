@@ -38,8 +38,8 @@ from labkit.plots.bell import draw_bell, draw_cloud
 # Its errors are more like 0.4 m. Where is the robot?
 #
 # How large an error usually is, is its *standard deviation* σ; the square of it is the *variance*, here 1.7² ≈ 3 m² for the belief and
-# 0.4² = 0.16 m² for the sensor. One more word: errors are **Gaussian** when small ones are frequent and large ones rare in just this way,
-# the shape of a bell that is as wide as σ says. Here a sensor measures the same place, 2 m, ten thousand times.
+# 0.4² = 0.16 m² for the sensor. Errors that chance makes, another one each time, are called *noise*. Here small ones are frequent and large ones rare, in the shape of
+# a bell, and σ is how wide the bell is: such noise is called **Gaussian**. To see it, let the sensor measure the same place, 2 m, ten thousand times.
 
 # %%
 readings = np.random.default_rng(1).normal(2.0, 0.4, 10_000)  # [m]
@@ -53,7 +53,7 @@ for n in (1, 2, 3):
 # %% [markdown]
 # For a Gaussian these shares are 68.3, 95.4 and 99.7 %. So a bell needs two numbers only: its *mean*, where its middle is, and its variance.
 #
-# Belief and sensor are both such bells. Neither is thrown away: the new estimate lies between the two, and nearer to the one with the smaller variance.
+# The sensor is such a bell, and so is the belief: the places where the robot may be, and how likely each is. Neither is thrown away: the new estimate lies between the two, and nearer to the one with the smaller variance.
 # With the variances $P$ of the belief and $R$ of the sensor,
 #
 # $$ K = \frac{P}{P + R}, \qquad \text{new} = \text{old} + K\,(\text{seen} - \text{old}), \qquad \text{new variance} = P - K P . $$
@@ -108,13 +108,13 @@ print(f"in the 3σ ellipse: {100 * np.mean(squared < 9):.0f} % of the cloud")
 # The ellipse leans to the right: this belief says that if the robot is farther to the right than believed, it is probably farther up, too.
 #
 # > **Erratum.** The handout says that the truth lies in the 3σ ellipse with 99.7 % probability. That is true for *one* number. For two, it is
-# > $1 - e^{-9/2}$ = 98.9 %: about two steps of 160 are outside, and nothing is wrong with them.
+# > $1 - e^{-9/2}$ = 98.9 %: in a run of 160 steps the truth is outside about twice, and nothing is wrong with that.
 #
 # ## Symbols
 #
 # | symbol | in the code | shape | unit | what it is |
 # |---|---|---|---|---|
-# | $\hat x$ | `kf.xk_k` | (2,) | m | estimated position, world frame |
+# | $\hat x$ | `kf.xk_k` | (2,) | m | estimated position in the map's axes, which are called the world frame |
 # | $P$ | `kf.Pk_k` | (2, 2) | m² | its covariance: how unsure the filter is |
 # | $v$ | `u` | (2,) | m/s | commanded velocity |
 # | $T$ | `kf.dt` | number | s | length of a step, 0.25 s |
@@ -125,10 +125,8 @@ print(f"in the 3σ ellipse: {100 * np.mean(squared < 9):.0f} % of the cloud")
 # | $y$, $\hat y$ | `seen`, `expected` | (2p,) | m | what is measured of all of them, stacked, and what the map lets expect |
 # | $x_{li}$ | `m[m.index(y[i])].p` | (2,) | m | place on the map of the $i$-th landmark *in view* |
 # | $H$ | `H` | (2p, 2) | – | derivative of $\hat y$ by the position |
-# | $S$ | `S` | (2p, 2p) | m² | covariance of the innovation $y - \hat y$ |
+# | $S$ | `S` | (2p, 2p) | m² | covariance of $y - \hat y$, the innovation (section 4) |
 # | $K$ | `K` | (2, 2p) | – | Kalman gain |
-#
-# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 #
 # $P$, $R$ and $K$ are what they were on the line; they are matrices now. Three remarks on names. `xk_k` is the handout's $\hat x_{k|k}$: the estimate at step k after the
 # measurements of step k. `Q` and `R` are told *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from
@@ -199,9 +197,7 @@ print(f"At the end it is {off:.2f} m from where it was told to be.")
 
 # %% id="guess-dead-reckoning" tags=["guess"]
 guess = "b"
-slips = np.random.default_rng(5).normal(
-    0, 0.125, (1000, 160, 2)
-)  # robots, steps, x and y [m]
+slips = np.random.default_rng(5).normal(0, 0.125, (1000, 160, 2))  # robot, step, x or y
 distance = np.linalg.norm(slips.cumsum(axis=1), axis=2)  # (1000, 160) [m]
 rms = np.sqrt(np.mean(distance**2, axis=0))
 fig, ax = plt.subplots(figsize=(6.4, 2.8), layout="constrained")
@@ -459,7 +455,7 @@ print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 # position (2, −2) is only 2.8 m away. Being inside is cheap when the ellipse is large; one must also ask for a small one.
 #
 # A single update with the landmarks in view brings the half axis from 5.2 m to about 0.5 m, because at first $P$ is so much larger than $R$
-# that $K$ is almost −1: the estimate jumps to where the landmarks say. Then it sinks to about 0.4 m and stays, where each update takes away just
+# that the estimate jumps to where the landmarks say (on the line: $K$ is almost −1). Then it sinks to about 0.4 m and stays, where each update takes away just
 # what $Q$ adds at each prediction. With more landmarks in view this balance is lower, with fewer it is higher.
 # ### END SOLUTION
 
@@ -474,7 +470,7 @@ print(f"inside in {100 * inside(history, log).mean():.0f} % of all steps")
 # The first two sliders change what the *filter is told*: a factor on its $Q$ or $R$, that is on a variance. Factor 100 means a σ that is ten times as large; beside the slider stands
 # which. The robot's run and its noise stay as they are, and factor 1 is the truth. The third slider is of another kind: it changes the robot's world, so that another run is recorded.
 #
-# **Before you move anything:** what will you see in the middle panel when the filter is told that its sensors have a σ ten times as large (factor 100)?
+# **Before you move anything:** what will you see in the middle panel when the filter is told that its sensors have a σ ten times as large (factor 100)? Lab 2 asks why.
 
 # %%
 explore(KF, sliders=("Q", "R", "landmarks"))

@@ -111,11 +111,11 @@ def test_a_student_fills_in_a_lab_and_moves_a_slider(browser, server, lab):
 
 def test_a_slider_follows_the_mouse_and_play_the_keyboard(browser, server):
     for page in open_page(browser, server, put_filled(server.root / "mouse", LAB1)):
-        explore, play = (
+        world, run, explore, play = (
             next(id for id, source in cells(LAB1).items() if source.startswith(start))
-            for start in ("explore(", "play(")
+            for start in ("Q = ", "log = ", "explore(", "play(")
         )
-        page.run("setup", *answers(LAB1), "show-05", "show-08", play, explore)
+        page.run("setup", *answers(LAB1), world, run, play, explore)
         output = page.output(explore)
         image, handle = output.locator("img").first, output.locator(".noUi-handle").first
         handle.scroll_into_view_if_needed()

@@ -147,15 +147,15 @@ class ConsistencyPanel:
             value, dof, scale = metrics.nees(history, log), np.full(len(t), self.dof), np.ones(len(t))
         else:
             value, dof = metrics.nis(history, log)
-            t, scale = t[1:], np.maximum(dof, 1)
-        self.value.set_data(t, value / scale)  # a step without a landmark has no NIS: a gap
-        self.value.set_marker("." if len(t) < 1000 else "")  # so many dots would be one blob
-        seen = np.flatnonzero(dof > 0)
-        t, dof, scale = t[seen], dof[seen], scale[seen]
+            seen = dof > 0  # a step without a landmark has no NIS
+            t, value, scale, dof = t[1:][seen], value[seen], dof[seen], dof[seen]
         kinds, which = np.unique(dof, return_inverse=True)
         low, high = (bound[which] / scale for bound in metrics.chi2_bounds(kinds))
-        # Each bound holds until the next, but not for more than a second.
-        end = np.minimum(np.append(t[1:], t[-1:] + log.dt), t + 1.0)
+        # Each value and its bounds hold until the next, but not for more than two seconds: then there is a gap.
+        end = np.minimum(np.append(t[1:], t[-1:] + log.dt), t + 2.0)
+        gaps = np.flatnonzero(end[:-1] < t[1:]) + 1
+        self.value.set_data(np.insert(t, gaps, t[gaps]), np.insert(value / scale, gaps, np.nan))
+        self.value.set_marker("." if len(t) < 1000 else "")  # so many dots would be one blob
         self.bounds.set_verts(list(np.array([[t, low], [end, low], [end, high], [t, high]]).transpose(2, 0, 1)))
         return self
 

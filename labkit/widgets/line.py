@@ -6,10 +6,10 @@ from ..canvas import Canvas
 from ..plots.bell import BellPanel
 from .explorer import Explorer, Screen, sliders
 
-_VARIANCE = {"min": -1, "max": 1, "step": 0.02, "readout_format": ".2f"}
+_VARIANCE = {"min": 0.1, "max": 5, "step": 0.02}  # so that 3 and .16 are among the steps: others move to the next
 LINE = {
-    "P": (w.FloatLogSlider, {"description": "belief: variance [m²]", "value": 3.0, **_VARIANCE}),
-    "R": (w.FloatLogSlider, {"description": "sensor: variance [m²]", "value": 0.16, **_VARIANCE}),
+    "P": (w.FloatSlider, {"description": "P of the belief [m²]", "value": 3.0, **_VARIANCE}),
+    "R": (w.FloatSlider, {"description": "R of the sensor [m²]", "value": 0.16, **_VARIANCE}),
     "seen": (w.FloatSlider, {"description": "sensor says [m]", "value": 2.0, "min": -4, "max": 4, "step": 0.1}),
 }
 

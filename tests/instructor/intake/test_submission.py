@@ -36,7 +36,7 @@ def turned(id, **fields):
 
 
 def in_the_question(cells):
-    cells[at(cells, "text-28")]["source"] += "\n\nBecause it drifts.\n\nAnd more."
+    cells[at(cells, "answer-q1") - 1]["source"] += "\n\nBecause it drifts.\n\nAnd more."
 
 
 def merged_with_the_question(cells):
@@ -74,7 +74,7 @@ PLACES = {  # what a student did to the notebook; each time the answer is TEXT
     "below the stub": turned("answer-q1", source=f"{STUB}\n\n{TEXT}"),
     "around the stub": turned("answer-q1", source=f"Because it drifts.\n\n{STUB}\n\nAnd more."),
     "in a new cell": below("answer-q1", markdown(TEXT)),
-    "in a new cell above": below("text-28", markdown(TEXT)),
+    "in a new cell above": lambda cells: cells.insert(at(cells, "answer-q1"), markdown(TEXT)),
     "in two cells": in_two_cells,
     "in a raw cell": below("answer-q1", {**markdown(TEXT), "cell_type": "raw"}),
     "as comments": below("answer-q1", code("# Because it drifts.\n#\n# And more.", "5f")),
