@@ -128,6 +128,8 @@ print(f"in the 3σ ellipse: {100 * np.mean(squared < 9):.0f} % of the cloud")
 # | $S$ | `S` | (2p, 2p) | m² | covariance of $y - \hat y$, the innovation (section 4) |
 # | $K$ | `K` | (2, 2p) | – | Kalman gain |
 #
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
+#
 # $P$, $R$ and $K$ are what they were on the line; they are matrices now. Three remarks on names. `xk_k` is the handout's $\hat x_{k|k}$: the estimate at step k after the
 # measurements of step k. `Q` and `R` are told *per second* where robots and filters are made; everywhere inside `KF`, and in all formulas from
 # section 4 on, they are those of *one step*. And the field `p` of a landmark, `lm.p`, is a place, not the number $p$: both are the handout's.

@@ -31,6 +31,8 @@
 # | – | `nis(...)` | number | – | NIS, the normalized innovation squared, $\nu^\top S^{-1} \nu$ |
 # | $Q$, $R$ | `Q`, `R` | (2, 2) | m²/s, m² s | noise of the motion and of the sensor, per second, as robots and filters are told it |
 # | $\chi^2_n$ | `chi2_bounds(n)` | two numbers | – | chi-square distribution with $n$ degrees of freedom |
+#
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 
 # %% id="setup" tags=["setup"]
 import matplotlib.pyplot as plt

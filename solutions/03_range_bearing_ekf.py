@@ -30,6 +30,8 @@
 # | $R$ | `kf.R` | (2, 2) | m², rad² | covariance of one landmark's range and bearing |
 # | $\sigma_r, \sigma_\beta$ | – | numbers | m, rad | their standard deviations, the roots of $R$'s diagonal |
 # | $\nu$ | `innovation` | (2p,) | m, rad | what was seen less what was expected, bearings wrapped |
+#
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 
 # %% id="setup" tags=["setup"]
 import matplotlib.pyplot as plt

@@ -30,6 +30,8 @@
 # | $P$ | `P` | (3, 3) | m², rad² | covariance of your EKF's pose |
 # | $d^2$ | `d2` | list | – | of each sighting: the square of how many standard deviations it is off, from lab 4 |
 #
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
+#
 # The letters are those of the paper's section 3. Its width Δ and flank α say the same as $c$ and $s$, which are easier to compute with.
 
 # %% id="setup" tags=["setup"]
@@ -210,7 +212,7 @@ play(
 #
 # The grid looks at all of its cells at every sighting. Larger cells are fewer; the paper writes that they lose much precision, and that this is why it wanted a Kalman filter at all.
 #
-# **Before you run it:** from cells of 10 cm to cells of 40 cm there are 16 times fewer. The mean error was 9 cm. What does it become?
+# **Before you run it:** from cells of 10 cm to cells of 40 cm there are 16 times fewer. With 10 cm the mean error is about 10 cm. What does it become?
 # - (a) 16 times as large, as there are 16 times fewer cells.
 # - (b) 4 times as large, as a cell is 4 times as wide.
 # - (c) Larger, but less than 4 times.
@@ -382,7 +384,7 @@ print(table(race({**variants, "no gate": ungated}, harsh, progress)))
 # - (a) 2000 particles: they can hold any belief, not only a Gaussian.
 # - (b) The EKF, alone or with a finder.
 # - (c) The fuzzy grid: it looks at the whole field.
-# - (d) Triangulation: it uses no odometry, so that no error of the legs gets in.
+# - (d) Triangulation: it forgets everything after two seconds, so that no old error stays.
 
 # %% id="guess-rivals" tags=["guess", "nbval-ignore-output"]
 guess = "b"
@@ -401,18 +403,22 @@ results = race(contestants, kidnapped, progress)
 print(table(results))
 reveal("rivals", guess)
 
-# %%
-fig, axes = plt.subplots(1, 3, figsize=(11, 4.3), layout="constrained")
+# %% tags=["nbval-ignore-output"]
+fig, axes = plt.subplots(
+    1, 3, figsize=(11, 4.3), layout="constrained", width_ratios=[1.3, 1, 1.2]
+)
 plot_race(axes, results)
 plt.show()
 
 # %% [markdown]
+# The picture has a row for each localizer. Left: the darker, the larger its median error. In the middle: a dot at the median time until it is found again, a line to the time that 95 % of those that are found do not exceed, and how many are found at all. Right: good and cheap is at the lower left.
+#
 # ### Question B
 # Which would you put on the robot, which has to think about football too? Give the two figures of the table that decide it for you, and one that speaks against your choice.
 
 # %% [markdown] id="answer-rivals" tags=["answer"] points=2 title="Question B: which localizer"
 # ### BEGIN SOLUTION
-# Grid + EKF: it tracks as well as the EKF alone (about 5 cm, where the grid has 12 and 2000 particles have 8), finds every kidnapped robot, and costs little more than the EKF, a third of the grid. Against it: after a kidnapping it takes about a
+# Grid + EKF: it tracks as well as the EKF alone (about 5 cm, where the grid has 12 and 2000 particles have 8), finds every kidnapped robot, and costs much less than the grid. Against it: after a kidnapping it takes about a
 # second longer than the grid alone, for the grid starts from nothing; with the grid in the background it is quicker, at three times the cost of the EKF. Monte Carlo with 500 particles and an EKF is a good choice as well.
 # ### END SOLUTION
 
@@ -518,7 +524,7 @@ print("passed")
 #
 # Save, and run `labkit check notebooks/05_fuzzy_hybrid.ipynb` in a terminal before you hand it in.
 #
-# **Next:** so far there was a map. In lab 6 there is none: robots that see each other build a frame of their own. Ideas that go further (particles that restart the Kalman filter, real robots without a compass) wait in lab 8.
+# **Next:** so far there was a map. In lab 6 there is none: robots that see each other build a frame of their own. Ideas that go further wait in lab 8.
 #
 # ## References
 # - F. Martín, V. Matellán, P. Barrera, J. M. Cañas, "Localización basada en lógica difusa y filtros de Kalman para robots con patas": table 1, sections 3 (grid), 5 (switching), 6 (experiments).

@@ -3,14 +3,16 @@
 #
 # *About 100 minutes. Needs your `GroupEKF` of lab 6: save that notebook first.*
 #
-# Three robots drive in a triangle through an empty hall, and turn two corners. None of them knows where it is in the hall: all they have is the common frame that your filter of lab 6 keeps. It is F. E. Schneider's and D. Wildermuth's (*the paper*'s) figure 7.
+# Three robots drive in a triangle through an empty hall and turn two corners. None of them knows where it is in the hall: all they have is the common frame that your filter of lab 6 keeps. It is figure 7 of *the paper* (F. E. Schneider and D. Wildermuth). Then you try what the paper left for later: shapes in which robots hide
+# each other, robots that do not see each other for a long time, and filters with more than one guess.
 #
 # **By the end you can**
 # - steer robots in a formation by forces, in the frame that they built themselves;
 # - say why a formation needs no more than relative poses;
-# - say what a cloud of particles adds to a Kalman filter, and what it costs.
+# - say what a joint filter does where one robot hides another;
+# - keep several guesses at once, and say when that is worth its cost.
 #
-# **You will write** `force`.
+# **You will write** `slot_velocity`, `force`, `steer` and `weigh`.
 
 # %% [markdown]
 # ## Symbols
@@ -19,37 +21,70 @@
 # |---|---|---|---|---|
 # | $me$ | `me` | (2,) | m | where a follower believes to be, in the common frame |
 # | $slot$ | `slot` | (2,) | m | where it should be: a place that goes along with the leader |
-# | $v_{slot}$ | `velocity` | (2,) | m/s | how the slot moves |
+# | $r$ | `arm` | (2,) | m | from the leader to the slot, in the common frame |
+# | $v_L$, $\omega$ | `velocity`, `rate` | (2,), number | m/s, rad/s | velocity of the leader, and how fast the formation turns |
+# | $v_{slot}$ | – | (2,) | m/s | velocity of the slot |
 # | $f$ | – | (2,) | m/s | the velocity that the follower should have |
-# | $\rho$ | `rho` | number | m | distance to another robot |
-# | $k_a, k_r, \rho_0$ | `k_a`, `k_r`, `rho_0` | numbers | 1/s, m⁴/s, m | how strongly the slot pulls, how strongly others push, and from where on |
+# | $\rho$, $e$ | `rho` | number, (2,) | m, – | distance to another robot, and the direction from there to me |
+# | $k_a, k_r, \rho_0$ | `k_a`, `k_r`, `rho_0` | numbers | 1/s, m⁴/s, m | how strongly the slot pulls, how strongly others push, and from which distance on |
+# | $w$ | `w` | (k,) | – | how probable each of k guesses is; their sum is 1 |
+# | $m$ | `misfits` | (k,) | – | sum of the $d^2$ of lab 6 of all readings of a step, for each guess |
+#
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 
 # %% id="setup" tags=["setup"]
+import copy
 import time
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from labkit import check, load_answer, replay
+from labkit import check, load_answer, replay, reveal, wrap
+from labkit.geometry import relative
 from labkit.team import TeamNoise, frame_errors, near, play, scenarios, started
-from labkit.team.formation import CROSSING, WAY, run, triangle
+from labkit.team.bank import mirrored, run_bank
+from labkit.team.formation import ABREAST, COLUMN, CROSSING, TRIANGLE, WAY, Rules, run, three
 from labkit.team.particles import TeamParticles
-from labkit.team.plots import draw_errors, draw_formation
+from labkit.team.plots import draw_errors, draw_formation, draw_particles
 
 GroupEKF = load_answer("06_observers", "GroupEKF")  # your filter of lab 6
 noise = TeamNoise()
 
 # %% [markdown]
-# ## 1. A formation
+# ## 1. A slot moves
 #
-# A leader and two followers, in a triangle: each follower has a *slot* 1.1 m behind the leader and 0.9 m to its side. No robot knows where it is in the hall; they use your filter's frame only (figure 7). A follower at `me` is driven by forces (a *potential field*):
+# Each follower has a *slot*: a place 1.1 m behind the leader and 0.9 m to its side, say. When the leader drives straight ahead, the slot goes along. When the formation turns, the slot also swings around the leader, as the end of a clock's hand does:
+#
+# $$ v_{slot} = v_L + \omega \begin{bmatrix} -r_y \\ r_x \end{bmatrix} . $$
+#
+# ### Exercise 1 · `slot_velocity(arm, velocity, rate)`
+# Return $v_{slot}$ (2,). *Example:* the leader stands and the formation turns to the left with 0.5 rad/s: a slot at `arm = (-1, 0)`, behind a leader that looks along x, moves with `(0, -0.5)`.
+#
+# **Before you go on:** the leader turns to the left on the spot. Which of two followers behind it has to drive backwards, the left one or the right one?
+
+
+# %% id="answer-velocity" tags=["answer"]
+def slot_velocity(arm, velocity, rate):
+    """Velocity (2,) [m/s] of a slot at arm (2,); its leader has velocity (2,)."""
+    ### BEGIN SOLUTION
+    return velocity + rate * np.array([-arm[1], arm[0]])
+    ### END SOLUTION
+
+
+# %% id="check-velocity" tags=["check"] points=2 title="slot_velocity"
+check("team-velocity", slot_velocity)
+
+# %% [markdown]
+# ## 2. Forces
+#
+# A follower at `me` is driven by forces (a *potential field*, as in the paper):
 #
 # $$ f = v_{slot} + k_a\,(slot - me) + \sum_{others\ with\ \rho < \rho_0} k_r \left(\frac1\rho - \frac1{\rho_0}\right) \frac{1}{\rho^2}\, e, \qquad e = \frac{me - other}{\rho}, $$
 #
 # with ρ the distance to the other robot: along with the slot, towards it, and away from who comes nearer than $\rho_0$. (It is called a force by tradition; here it is the velocity that the follower should have.)
 #
-# ### Exercise 1 · `force(me, slot, velocity, others)`
-# Return $f$ (2,), with $k_a$ = 0.9, $k_r$ = 0.5, $\rho_0$ = 1.4 m: a little less than the 1.42 m from the leader to a slot. `others` is (m, 2).
+# ### Exercise 2 · `force(me, slot, velocity, others)`
+# Return $f$ (2,); `velocity` is that of the slot, `others` is (m, 2). The constants are given: $\rho_0$ = 1.4 m is a little less than the 1.42 m from the leader to a slot.
 
 
 # %% id="answer-force" tags=["answer"]
@@ -68,26 +103,54 @@ def force(me, slot, velocity, others, k_a=0.9, k_r=0.5, rho_0=1.4):
 # %% id="check-force" tags=["check"] points=2 title="force"
 check("team-force", force)
 
+# %% [markdown]
+# ### Exercise 3 · `steer(pose, velocity)`
+# A robot on wheels cannot go sideways. Let *off* be the wrapped angle from its heading to the direction of the wanted velocity, and *speed* the length of that velocity. Return the command, an array (forward velocity, turn rate):
+# - forward: the smaller one of *speed* and 0.5 m/s, times cos(*off*), but 0 instead of anything backwards;
+# - turn rate: 2 · *off*, but not beyond ±1.2 rad/s;
+# - if *speed* is less than 0.01 m/s, the robot stands: both are 0.
+#
+# *Example:* a robot with heading 0 that should go with `(0, 0.3)` gets `(0, 1.2)`: it turns first.
+
+
+# %% id="answer-steer" tags=["answer"]
+def steer(pose, velocity):
+    """Command (m/s, rad/s) of a robot at pose (3,) that should have velocity (2,)."""
+    ### BEGIN SOLUTION
+    speed = np.hypot(*velocity)
+    if speed < 0.01:
+        return np.zeros(2)
+    off = wrap(np.arctan2(velocity[1], velocity[0]) - pose[2])
+    return np.array([min(speed, 0.5) * max(np.cos(off), 0.0), np.clip(2 * off, -1.2, 1.2)])
+    ### END SOLUTION
+
+
+# %% id="check-steer" tags=["check"] points=2 title="steer"
+check("team-steer", steer)
+
+# %% [markdown]
+# ## 3. Figure 7
+#
+# Now all together: your filter tells where everybody is, your three functions drive the followers. The leader drives to its way points, turns on the spot, and waits when a follower is far from its slot.
 
 # %%
-def formation(seed, push=None, **options):
-    """A run of the triangle through two corners, controlled by what the filter believes."""
-    team = triangle(rng=seed, **options)
+mine = Rules(slot_velocity, force, steer)
+
+
+def drive(seed, rules=mine, shape=TRIANGLE, way=WAY, **options):
+    """A run, by default through two corners, controlled by what your filter believes."""
+    team = three(rng=seed, **options)
     kf = GroupEKF(*near(team.poses, seed), noise, inflate=10.0)
-    return run(team, kf, push or force, WAY)
+    return run(team, kf, rules, way, shape)
 
 
-one = formation(1)
+# %%
+one = drive(1)
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
-draw_formation(
-    axes[0],
-    one,
-    [0, 40, 90, 130, 200, len(one.log)],
-    "figure 7: a triangle through two corners",
-)
-axes[0].legend(fontsize=8, frameon=False)
-slots_missed = {"largest distance from a slot": one.error}
-draw_errors(axes[1], one.log.times, slots_missed, limit=60, of="followers")
+steps = [0, 40, 90, 130, 200, len(one.log)]
+draw_formation(axes[0], one, steps, "figure 7: a triangle through two corners")
+missed = {"largest distance from a slot": one.error}
+draw_errors(axes[1], one.log.times, missed, limit=60, of="followers")
 plt.show()
 again = one.recoveries().round(1)
 print(f"formed after {one.formed:.1f} s, after the corners again in {again} s")
@@ -96,25 +159,31 @@ print(f"between: {100 * one.rms:.1f} cm; never nearer than {one.least:.2f} m to 
 # %% [markdown]
 # The followers' loops at the corners are no mistake: when the leader turns, the inner slot swings backwards, and a robot on wheels has to turn round to follow it. (The filter is told ten times the white noise here: all robots drive all the time, and what is systematic in their odometry adds up.)
 #
-# Where does repulsion matter? Let each follower start on the other's side, with the push and without.
+# In the paper's figure 7 a the leader first moves to the left, although its goal lies the other way. Perhaps the others push it: the last line below tells what `force` makes of a leader that stands where it wants to be, with two robots in front of it.
+#
+# **Before you run the next cell:** each follower starts on the other's side, so that they have to cross. What does the push change? (a) Nothing: they miss each other anyway. (b) It keeps them farther apart, and costs time. (c) It keeps them farther apart, and saves time.
+
+# %% id="guess-push" tags=["guess"]
+guess = "b"
 
 
-# %%
 def blind(me, slot, velocity, others):
     return force(me, slot, velocity, others, k_r=0.0)
 
 
 for name, push in (("with repulsion", force), ("without", blind)):
-    one = formation(1, push, start=CROSSING)
+    one = drive(1, Rules(slot_velocity, push, steer), start=CROSSING)
     print(f"{name:14s} formed after {one.formed:4.1f} s, nearest {one.least:.2f} m")
+reveal("push", guess)
+leader, goal = np.zeros(2), np.array([4.0, 0.0])
+pushed = force(leader, leader, np.zeros(2), np.array([[0.8, 0.4], [0.8, -0.5]]))
+print(f"the goal is at {goal}, the push on the leader {pushed.round(2)} m/s")
 
 # %% [markdown]
-# The push keeps them apart, and costs time.
-#
 # In motion: circles are the slots, crosses what the filter believes, laid on the truth. Compare its ellipses (3σ) with the distances that it tells.
 
 # %%
-play(formation(1))
+play(drive(1))
 
 # %% [markdown]
 # ### Question C
@@ -133,30 +202,141 @@ play(formation(1))
 # - 1 point: odometry alone: drifts differ, the relative error grows without end.
 
 # %% [markdown]
-# ## 2. Particles
+# ## 4. Other shapes
 #
-# Figure 8 of the paper tries a particle filter. The kit's `TeamParticles` guesses the pose of robot 0 many times, and for each guess has a small EKF for each observer. The left picture shows what it believes of two observers after a few seconds:
+# The paper leaves shapes in which robots hide each other for later. In a *column* all drive in a line, and the leader hides behind follower 1 from follower 2. *Abreast* they drive side by side; their scanners look ahead, 90° to each side, so a neighbour stands at the edge of what can be seen.
+#
+# **Before you run the next cell:** 12 m straight ahead, the median of eight runs. In the column, follower 2 hardly ever sees the leader, whose slot it should keep. How far from its slot will it be? (a) Metres, in the end: it goes by its odometry. (b) A few centimetres: what 2 sees of 1 and what 1 sees of the leader add up in the joint filter. (c) As far as in the triangle, to the millimetre.
+
+# %% id="guess-column" tags=["guess"]
+guess = "b"
+none_of_1 = {"sees": [(1, 0), (2, 0)]}
+shapes = {
+    "triangle": (TRIANGLE, {}),
+    "column": (COLUMN, {}),
+    "abreast": (ABREAST, {}),
+    "column, nobody looks at 1": (COLUMN, none_of_1),
+}
+for name, (shape, options) in shapes.items():
+    runs = [drive(k, mine, shape, [(12.0, 0.0)], **options) for k in range(8)]
+    far = 100 * np.median([one.rms for one in runs])
+    sight = 100 * np.mean([one.sight(2, 0) for one in runs])
+    print(f"{name:25s} 2 sees 0 in {sight:3.0f} % of all steps, {far:4.1f} cm from the slots")
+reveal("column", guess)
+
+# %%
+fig, axes = plt.subplots(1, 2, figsize=(11, 4.4), layout="constrained")
+for ax, name, shape in zip(axes, ("column", "abreast"), (COLUMN, ABREAST)):
+    draw_formation(ax, drive(1, shape=shape), [0, 60, 130, 220, 900], name)
+plt.show()
+
+# %% [markdown]
+# A joint filter passes on what it knows: that is what its large covariance is for. Take away what follower 2 sees of follower 1, and it drives by its odometry for most of the way. Abreast it is not much better: whoever is a little ahead is seen, and soon not any more.
+#
+# ## 5. Robots that part for long
+#
+# The paper names one more difficulty of a Kalman filter: robots that do not see each other for a long time. Back to lab 6's rectangle: robot 0 drives its rounds, and for ten minutes nobody sees anybody.
+#
+# **Before you run the next cell:** how long will your filter need, once they see each other again? (a) It never finds back: the readings are beyond the gate. (b) About a minute: it has ten to make up for. (c) A second or so: the filter knows how little it knows, and believes the readings at once.
+
+# %% id="guess-parted" tags=["guess"]
+guess = "c"
+for seed in (1, 2, 5):
+    apart, again = scenarios.parted(10, rng=seed)
+    kf = started(GroupEKF, apart, seed)
+    replay(kf, apart)
+    ego = 100 * frame_errors(replay(kf, again).x, again.truth).ego
+    print(f"after ten minutes {ego[0]:3.0f} cm, a second later {ego[6]:3.1f} cm (ego)")
+reveal("parted", guess)
+
+# %% [markdown]
+# After twenty minutes it is another story. The filter still believes the readings, but its tangent (the Jacobian of lab 6) is taken where it *believes* robot 0 to be, and that is metres away from where the robot is. A tangent serves near the point where it touches. The cure is to forget: the first reading tells where robot 0 is, and its heading is left open.
+
+
+# %%
+def anew(kf, reading):
+    """The filter, but robot 0 is where this reading has it, with any heading."""
+    i, _, (rho, alpha) = reading
+    direction = kf.x[i, 2] + alpha
+    kf.x[0, :2] = kf.x[i, :2] + rho * np.array([np.cos(direction), np.sin(direction)])
+    kf.P[:3], kf.P[:, :3] = 0, 0
+    kf.P[:3, :3] = np.diag([0.3, 0.3, np.pi]) ** 2
+    return kf
+
+
+# %%
+for seed in (4, 8):
+    apart, again = scenarios.parted(20, rng=seed)
+    kf = started(GroupEKF, apart, seed)
+    replay(kf, apart)
+    first = again.measurements()[0][0]
+    both = copy.deepcopy(kf), anew(copy.deepcopy(kf), first)
+    as_it_is, new = (
+        100 * frame_errors(replay(one, again).x, again.truth).ego for one in both
+    )
+    print(f"twenty minutes: {as_it_is[0]:3.0f} cm off; half a minute later as it is", end=" ")
+    print(f"{as_it_is[-1]:5.1f} cm, begun anew {new[-1]:.1f} cm (ego)")
+
+# %% [markdown]
+# ## 6. More than one guess
+#
+# A Kalman filter believes one thing, more or less surely. Sometimes there are *several* things to believe: an observer may stand on the left or on the right (lab 6's two circles). The paper hopes for a filter that can do that. The simplest one is a filter for each guess, and a *weight* for each: how
+# probable it is. A step in which a filter's readings have the misfit $m$ (the sum of their $d^2$) makes its guess less probable by the factor $e^{-m/2}$:
+#
+# $$ w_k \leftarrow \frac{w_k\, e^{-m_k/2}}{\sum_l w_l\, e^{-m_l/2}} . $$
+#
+# (In full, the factor also holds $1/\sqrt{\det S}$; it is much alike for all guesses, and we leave it out.)
+#
+# ### Exercise 4 · `weigh(w, misfits)`
+# Return the new weights (k,). They sum up to 1 whatever comes: where all misfits are thousands, each $e^{-m/2}$ is too small for a computer, which takes it for 0. Only the *differences* of the misfits matter, so subtract the smallest one first.
+#
+# *Example:* `weigh([0.5, 0.5], [0, 2])` is `[0.731, 0.269]`, and so is `weigh([0.5, 0.5], [5000, 5002])`.
+
+
+# %% id="answer-weigh" tags=["answer"]
+def weigh(w, misfits):
+    """Weights (k,) of guesses after a step, from those before (k,) and their misfits (k,)."""
+    ### BEGIN SOLUTION
+    w = np.asarray(w) * np.exp(-(np.asarray(misfits) - np.min(misfits)) / 2)
+    return w / np.sum(w)
+    ### END SOLUTION
+
+
+# %% id="check-weigh" tags=["check"] points=2 title="weigh"
+check("team-weigh", weigh)
+
+# %% [markdown]
+# Left or right? Observer 1 has seen robot 0 once. Two filters start: one has it where it is, the other on the opposite side of the way, where range and bearing would be the same. Robot 0 drives straight ahead; the laser tells bearings to 0.75°, and another sensor to 20° only.
+
+# %%
+fig, ax = plt.subplots(figsize=(7, 3.2), layout="constrained")
+sure = np.diag(np.array([1e-6] * 3 + 2 * [0.3, 0.3, 0.15]) ** 2)
+for degrees, style in ((0.75, "-"), (20, "--")):
+    told = TeamNoise(bearing=np.deg2rad(degrees))
+    log = scenarios.cross(rng=1, steps=60, noise=told)
+    here = relative(log.truth[0], log.truth[0, :1])
+    there = np.array([here[0], mirrored(here[1]), here[2]])
+    weights, _ = run_bank([GroupEKF(x0, sure, told) for x0 in (here, there)], log, weigh)
+    ax.plot(log.times, weights[:, 0], style, label=f"bearings to {degrees}°")
+ax.set(xlabel="time [s]", ylabel="weight of the true side", ylim=(0, 1.05))
+ax.legend(frameon=False)
+plt.show()
+
+# %% [markdown]
+# ## 7. Particles
+#
+# Figure 8 of the paper tries a particle filter, which is a bank with hundreds of guesses. The kit's `TeamParticles` guesses the pose of robot 0 many times, and for each guess has a small EKF for each observer. The left picture shows what it believes of two observers after a few seconds:
 # each cloud is long across the line of sight and thin along it: an observer may stand anywhere on an arc round robot 0, for its own heading is uncertain too, but the laser knows how far away it is.
 #
-# **Before you run it:** will it be more accurate than your filter? How much will it cost?
+# **Before you run the next cell:** 300 particles on the cross of figure 3. How accurate will they be? (a) Much better than your filter: 300 guesses know more than one. (b) Worse by far: 300 are few for nine numbers. (c) About as good, for a higher cost.
 
-# %% tags=["nbval-ignore-output"]
+# %% id="guess-cloud" tags=["guess", "nbval-ignore-output"]
+guess = "c"
 log = scenarios.cross(rng=1)
 kf = started(GroupEKF, log, 1)
 pf = TeamParticles(300, kf.x, kf.P, noise, rng=1)
-unsure = kf.P + np.diag([0, 0, 0, *2 * [0.5, 0.5, 0.03]])  # of the observers only
-early = TeamParticles(300, kf.x, unsure, noise, rng=1)
-for u, seen in list(zip(log.controls, log.measurements()))[:20]:
-    early.predict(u)
-    early.update(seen)
-
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
-for i, color in ((1, "#D55E00"), (2, "#009E73")):
-    axes[0].plot(*early.draws(i)[:, :2].T, ".", ms=3, color=color, label=f"observer {i}")
-axes[0].plot(*early.particles[:, :2].T, ".", ms=3, color="#0072B2", label="robot 0")
-axes[0].set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-axes[0].set_title("figure 8: after 4 s", fontsize=11)
-axes[0].legend(fontsize=8, frameon=False)
+draw_particles(axes[0], log, kf, "figure 8: after 4 s")
 errors = {}
 for name, one in (("your filter", kf), ("300 particles", pf)):
     start = time.perf_counter()
@@ -165,9 +345,22 @@ for name, one in (("your filter", kf), ("300 particles", pf)):
     print(f"{name:14s} {100 * errors[name].mean():.1f} cm (ego), {cost:.2f} ms a step")
 draw_errors(axes[1], log.times, errors, limit=10)
 plt.show()
+reveal("cloud", guess)
 
 # %% [markdown]
-# The same accuracy for three times the cost: here everything is as good as Gaussian, and a cloud has nothing to add. It would where the start is open to doubt.
+# ### Question D
+# One filter, two guesses, or three hundred particles: when would you take which? Think of what the belief looks like, and of what each one costs.
+
+# %% [markdown] id="answer-guesses" tags=["answer"] points=2 title="Question D: guesses"
+# ### BEGIN SOLUTION
+# One filter where the belief is one hill, nearly Gaussian: a known start, robots that see each other often. A few filters where there are a few separate possibilities (left or right): their cost is so many times that of one. Particles where the belief has a shape that nobody can list beforehand; their cost is the
+# highest, and grows fast with the numbers that have to be guessed.
+# ### END SOLUTION
+
+# %% [markdown] id="rubric-guesses" tags=["hidden"]
+# **Question D, 2 points.**
+# - 1 point: several guesses only where the belief has several hills, or is far from Gaussian (or: one tangent does not serve).
+# - 1 point: cost: so many times one filter; particles most of all.
 
 # %% [markdown] tags=["hidden"]
 # ## Graded checks
@@ -180,6 +373,15 @@ from labkit.instructor.exam.exam import Exam
 exam = Exam("07_formation")
 check = exam.check
 
+# %% id="grade-velocity" tags=["hidden"] points=2 title="slot_velocity: other arms"
+rng = exam.rng()
+exam.same(
+    slot_velocity,
+    [(rng.uniform(-2, 2, 2), rng.uniform(-1, 1, 2), rng.uniform(0.2, 1)) for _ in range(6)],
+    "other arms",
+)
+print("passed")
+
 # %% id="grade-force" tags=["hidden"] points=2 title="force: near and far from others"
 rng = exam.rng()
 exam.same(
@@ -189,12 +391,52 @@ exam.same(
 )
 print("passed")
 
+# %% id="grade-steer" tags=["hidden"] points=2 title="steer: ahead, behind, across ±180°"
+rng = exam.rng()
+exam.same(
+    steer,
+    [
+        (
+            np.array([*rng.uniform(-1, 1, 2), turn]),
+            length * np.array([np.cos(way), np.sin(way)]),
+        )
+        for turn, way, length in [
+            (2.9, -2.9 + rng.uniform(-0.2, 0.2), 0.3),
+            (0.4, 0.6 + rng.uniform(-0.1, 0.1), rng.uniform(0.6, 0.9)),
+            (-0.5, 0.1 + rng.uniform(-0.1, 0.1), rng.uniform(0.2, 0.4)),
+            (0.2, 3.0 + rng.uniform(-0.1, 0.1), 0.3),
+            (1.0, -0.6 + rng.uniform(-0.1, 0.1), 0.4),
+            (0.3, rng.uniform(-3, 3), 0.004),
+        ]
+    ],
+    "other velocities",
+)
+print("passed")
+
+# %% id="grade-weigh" tags=["hidden"] points=2 title="weigh: good and bad guesses"
+rng = exam.rng()
+exam.same(
+    weigh,
+    [
+        (rng.dirichlet(np.ones(k)), least + rng.uniform(0, 6, k))
+        for k, least in ((2, 0), (3, 4), (5, 20), (4, 5000))
+    ],
+    "other guesses",
+)
+print("passed")
+
 # %% [markdown]
 # ## Summary
 #
 # - A formation lives in the common frame; that is enough.
+# - What one robot cannot see, another one sees for it: a joint filter passes it on.
+# - A filter that knows how little it knows finds back at once, as long as its tangent serves; if not, it is better to begin anew.
+# - Several guesses, each with a filter and a weight, are the first step to particles.
+#
+# **Next:** lab 8 has open explorations, each on its own.
 #
 # Save, and run `labkit check notebooks/07_formation.ipynb` in a terminal before you hand it in.
 #
 # ## References
 # - F. E. Schneider, D. Wildermuth, on the use of relative positions in the navigation of groups of robots (in Russian), 2005: section 2.2 and figures 7 and 8.
+# - A. Howard, M. J. Mataric, G. S. Sukhatme, "Putting the 'I' in 'Team': an ego-centric approach to cooperative localization", ICRA 2003 (the paper's reference 9).

@@ -17,6 +17,8 @@
 # | $\xi$ | `xi` | (n, 3) | rad, m | a turn about the origin and a shift, for each robot |
 # | $T$ | `self.frame()` | (3n, 3n) | – | what ξ does to the poses, to first order |
 # | $W, Q$ | – | (3n, 3n) | – | as in lab 6 |
+#
+# What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 
 # %% id="setup" tags=["setup"]
 import dataclasses

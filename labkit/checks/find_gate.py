@@ -20,7 +20,7 @@ def in_gain_only(single: Single, found: list[Finding]) -> list[Finding]:
     """Where d2 comes out right, so does S: what was read off the gain is then told of the gain alone."""
     off = [f for f in found if f.part in ("R", "H P H'")]
     lists = {id: _kept(single, f"d2 {id}") for id in KEPT}
-    if not off or not all(kept and close(kept[0], kept[1], 1e-2) for kept in lists.values()):
+    if not off or not all(kept and close(kept[0], kept[1], 1e-4) for kept in lists.values()):
         return found
     if all(close(part.S, single.right(id).S, 1e-2) for id, part in single.parts.items() if id in KEPT):
         return found  # it is off elsewhere only

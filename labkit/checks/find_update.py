@@ -78,7 +78,8 @@ def _bent(single):
     """How the estimate follows a measurement depends on that measurement itself."""
     told = f"{single.probed.P} comes out right, so H and R are; " * single.covariances
     text = "is the landmark of the map used, and not that of the measurement, in what is expected"
-    text += "?" if single.covariances else " and in H?"
+    gated = "gate" in single.probed.probes["one"]["make"][1]  # in these labs R depends on the range
+    text += "?" if single.covariances else ", in H and in R?" if gated else " and in H?"
     what = f"the gain changes with what was measured, although all but the innovation comes from the estimate: {text}"
     return [Finding("measured", (told + what)[0].upper() + (told + what)[1:], [single.pairs["one"][0].gain])]
 

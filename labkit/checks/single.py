@@ -47,7 +47,8 @@ class Single:
         self.covariances = all(close(a.after, r.after) for a, r in self.tight.values())
         self.blind = all(close(a.gain, 0 * a.gain) for a, _ in self.pairs.values())
         near, bent = (self.pairs.get(id) for id in ("near", "bent"))
-        self.straight = not (near and bent) or close(bent[0].gain, near[0].gain, 2e-2)
+        columns = zip(bent[0].gain.T, near[0].gain.T) if near and bent else ()
+        self.straight = all(close(one, other, 2e-2) for one, other in columns)
         self.replaced = False  # whether the correction stands in the place of the estimate
         self.steps = {id for id in STEPS if id in probed.right}
         self.scale = 1.0  # of the correction, where that alone is larger than the gain

@@ -1,12 +1,14 @@
 """What localizers believe along a walk, and pictures of that: grid with its headings, particles, estimate, ellipse."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from types import SimpleNamespace
 from typing import Any, Self
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.patches import Patch
 
 from ..geometry import Array, Motion, Point, ellipse
 from ..history import replay
@@ -39,7 +41,8 @@ class BeliefPanel:
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.4, label="3σ ellipse")
         (self.mean,) = ax.plot([], [], "-", color=VERMILION, lw=2.2, label="estimate")
         self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
-        self.legend = [self.robot, self.trail, self.sight, self.mean, self.ellipse]
+        self.cells = Patch(color=GREEN, alpha=0.5, label="possible cells")
+        self.pointing = Patch(color="k", alpha=0.6, label="headings of the best")
 
     def show(self, belief: dict, log: FieldLog, k: int) -> Self:
         """Fill the panel; belief: from `believed`; the robot of `log` after k steps."""
@@ -56,6 +59,12 @@ class BeliefPanel:
         if k:
             self.sight.set_data(*_view(truth[k], np.asarray(log.pan)[k - 1]).T)
         return self
+
+    def entries(self, beliefs: Iterable[dict]) -> list[Artist]:
+        """What a legend for these beliefs has to name: of grid and particles, only what is there."""
+        kinds = {kind for belief in beliefs for kind in belief}
+        parts = [self.cells, self.pointing] * ("grid" in kinds) + [self.dots] * ("particles" in kinds)
+        return [self.robot, self.trail, self.sight, self.mean, self.ellipse, *parts]
 
 
 def believed(localizer: Any) -> dict:
@@ -129,7 +138,7 @@ def plot_possible(ax: Axes, grid: FuzzyGrid, possible: Array, landmark: Landmark
     half = grid.field.half + 0.2
     ax.set(aspect="equal", xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), xlabel="x [m]", ylabel="y [m]")
     ax.label_outer()
-    if ax.get_subplotspec().is_first_col():
+    if not ax.figure.legends:  # one for all panels
         ax.figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
@@ -139,7 +148,7 @@ def show_beliefs(localizer: Any, log: FieldLog, steps: Sequence[int] = (0, 1, 4,
 
     rows = -(-len(steps) // 3)
     figure, axes = plt.subplots(
-        rows, 3, figsize=(11, 2.9 * rows + 0.5), layout="constrained", sharex=True, sharey=True, squeeze=False
+        rows, 3, figsize=(11, 2.9 * rows + 0.8), layout="constrained", sharex=True, sharey=True, squeeze=False
     )
     beliefs = beliefs_along(localizer, log, steps)
     for ax, k in zip(axes.flat, steps):
@@ -148,5 +157,6 @@ def show_beliefs(localizer: Any, log: FieldLog, steps: Sequence[int] = (0, 1, 4,
         ax.label_outer()
     for ax in list(axes.flat)[len(steps) :]:
         ax.set_visible(False)
-    figure.legend(handles=panel.legend, loc="outside lower center", ncols=5, fontsize=9, frameon=False)
+    entries = panel.entries(beliefs.values())
+    figure.legend(handles=entries, loc="outside lower center", ncols=4, fontsize=9, frameon=False)
     plt.show()

@@ -23,8 +23,8 @@ def show_frames(pose: Pose, u: Motion, landmark: Point) -> None:
     _seeing(left, np.array(pose, dtype=float), np.array(landmark, dtype=float))
     _walking(right, np.array(pose, dtype=float), np.array(u, dtype=float))
     for ax in (left, right):
-        _frame(ax, np.zeros(3), "0.2", ("x of the world", "y"), 0.7)
-        ax.set(xlim=(-0.25, 2.75), ylim=(-0.3, 2.55), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        _frame(ax, np.zeros(3), "0.2", ("the world's x", "the world's y"), 0.7)
+        ax.set(xlim=(-0.35, 2.75), ylim=(-0.25, 2.65), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     right.set_ylabel("")
     plt.show()
 
@@ -54,17 +54,17 @@ def _seeing(ax, pose, landmark):
     away = landmark - pose[:2]
     towards, head = np.arctan2(away[1], away[0]), np.arctan2(away[1], away[0]) - 0.15
     ends = np.rad2deg([head - FOV / 2, head + FOV / 2])
-    ax.add_patch(Wedge(tuple(pose[:2]), 1.5, *ends, fc=ORANGE, alpha=0.2, label="field of view: the head may turn"))
+    ax.add_patch(Wedge(tuple(pose[:2]), 1.5, *ends, fc=ORANGE, alpha=0.2, label="what the camera sees"))
     _robot(ax, pose)
-    ax.plot([pose[0], pose[0] + 0.9], [pose[1]] * 2, ":", color=GREY, lw=1)
-    _frame(ax, pose, BLUE, ("x of the robot (its heading)", "y"), 0.75)
+    ax.plot([pose[0], pose[0] + 0.6], [pose[1]] * 2, ":", color=GREY, lw=1)
+    _frame(ax, pose, BLUE, ("its x: the heading", "its y"), 0.75)
     ax.plot(*np.stack([pose[:2], landmark]).T, "--", color=VERMILION, lw=1.2)
     ax.plot(*landmark, "k*", ms=12, label="landmark")
     ax.annotate("range ρ", pose[:2] + 0.75 * away, (-8, 4), textcoords="offset points", color=VERMILION, ha="right")
-    _angle(ax, pose, pose[2], towards, 0.55, "α", VERMILION)
-    _angle(ax, pose, 0.0, pose[2], 0.85, "θ", BLUE)
+    _angle(ax, pose, pose[2], towards, 0.65, "α", VERMILION)
+    _angle(ax, pose, 0.0, pose[2], 0.4, "θ", BLUE)
     ax.set_title("seeing: pose (x, y, θ), range and bearing", fontsize=11)
-    ax.legend(loc="lower right", fontsize=8, frameon=False)
+    ax.legend(loc="upper left", fontsize=9, frameon=False)
 
 
 def _walking(ax, pose, u):
@@ -74,7 +74,7 @@ def _walking(ax, pose, u):
     corner = pose[:2] + scale * (corner - pose[:2])
     _robot(ax, pose)
     _robot(ax, new, fc="none", ls="--")
-    _frame(ax, new, GREEN, ("new x of the robot", ""), 0.6)
+    _frame(ax, new, GREEN, ("its new x", "its new y"), 0.6)
     for start, end, name in ((pose[:2], corner, "$u^x$ ahead"), (corner, new[:2], "$u^y$ to the left")):
         ax.annotate("", end, start, arrowprops=_ARROW | {"color": BLUE})
         ax.annotate(name, (start + end) / 2, (8, -10), textcoords="offset points", color=BLUE)

@@ -5,40 +5,67 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from ..plots import BLUE, GREEN, GREY, ORANGE, VERMILION
+from ..plots import BLUE, VERMILION
 from .race import Result
 from .robot import DT
 
 SOON = 60  # steps after a kidnapping that are drawn
-COLORS = (BLUE, VERMILION, GREEN, ORANGE, "#CC79A7", "#56B4E9", GREY, "k")
-LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)), "-", (0, (4, 1, 1, 1)))
+SHADES = LogNorm(0.03, 3)  # [m] of the errors: from what a tracker reaches to what a lost one has
 
 
 def plot_race(axes: Sequence[Axes], results: Sequence[Result]) -> None:
-    """Three axes: median error over time, share of runs recovered over time, accuracy against cost."""
-    left, middle, right = axes
-    kidnapped, dots = results[0].kidnapped, []
-    for i, r in enumerate(results):
-        style = {"color": COLORS[i % len(COLORS)], "ls": LINES[i % len(LINES)]}
-        median = np.median(r.distance, axis=0)
-        left.plot(DT * np.arange(len(median)), median, lw=1.3, label=r.name, **style)
-        if kidnapped is not None:
-            steps = np.sort(r.recovered())  # NaN, of those that never did, is last
-            soon = steps[steps <= SOON]
-            share = 100 * np.arange(len(soon) + 1) / len(steps)
-            x, y = np.array([0, *soon, SOON]) * DT, [*share, share[-1]]
-            middle.step(x, y, where="post", lw=1.3, **style)
-        dots.append((1e3 * r.seconds, 100 * r.tracking.mean(), r.name))
-        right.plot(*dots[-1][:2], "o", color=style["color"], ms=8)
+    """Three axes, the first two with rows: median error over time, time until found again, accuracy against cost."""
+    _errors(axes[0], results)
+    _recoveries(axes[1], results)
+    dots = [(1e3 * r.seconds, 100 * r.tracking.mean(), r.name) for r in results]
+    for *dot, _ in dots:
+        axes[2].plot(*dot, "o", color=BLUE, ms=8)
+    _axes_of_cost(axes[2], dots)
+    _name(axes[2], dots)
+
+
+def _rows(ax, names):
+    ax.set_yticks(range(len(names)), names)
+    ax.set(ylim=(len(names) - 0.5, -0.5))
+
+
+def _errors(ax, results):
+    medians = np.array([np.median(r.distance, axis=0) for r in results])
+    span, kidnapped = DT * medians.shape[1], results[0].kidnapped
+    where: dict[str, Any] = {
+        "aspect": "auto",
+        "interpolation": "nearest",
+        "extent": (0, span, len(results) - 0.5, -0.5),
+    }
+    image = ax.imshow(medians, cmap="viridis_r", norm=SHADES, **where)
     if kidnapped is not None:
-        left.axvline(DT * kidnapped, color=GREY, ls="-.", lw=1)
-    left.set(yscale="log", xlabel="time [s]", ylabel="median position error [m]")
-    middle.set(xlim=(0, SOON * DT), ylim=(0, 104), xlabel="time after the kidnapping [s]", ylabel="runs recovered [%]")
-    _axes_of_cost(right, dots)
-    _name(right, dots)
-    left.figure.legend(loc="outside lower center", ncols=min(4, len(results)), fontsize=9, frameon=False)
+        ax.axvline(DT * kidnapped, color=VERMILION, ls="-.", lw=1.5)
+    _rows(ax, [r.name for r in results])
+    ax.set(xlabel="time [s]" + (" (line: kidnapped)" if kidnapped is not None else ""))
+    bar = ax.figure.colorbar(image, ax=ax, location="top", extend="both", label="median position error [m]")
+    bar.ax.xaxis.set_major_locator(FixedLocator([0.03, 0.1, 0.3, 1, 3]))
+    bar.ax.xaxis.set_major_formatter("{x:g}")
+    bar.ax.xaxis.set_minor_locator(NullLocator())
+
+
+def _recoveries(ax, results):
+    """Of each localizer a line from the median to what 95 % do not exceed, and how many recover at all."""
+    ax.set(xlim=(0, 1.4 * SOON * DT), xlabel="time after the kidnapping [s]")
+    ax.set_title("found again: median to 95 %, runs", fontsize=10)
+    _rows(ax, [""] * len(results))
+    for row, r in enumerate(results if results[0].kidnapped is not None else ()):
+        steps = r.recovered()
+        known = DT * steps[np.isfinite(steps)]
+        most = 0.5 < np.isfinite(steps).mean()
+        ends = np.minimum([np.median(known), np.percentile(known, 95)], SOON * DT) if most else []
+        ax.plot(ends, [row] * len(ends), "o-", color=BLUE, lw=2.5, ms=5, markevery=2)
+        share = f"{100 * len(known) / len(steps):.0f} %"
+        ax.annotate(
+            share, (1, row), (-4, 0), ("axes fraction", "data"), textcoords="offset points", ha="right", va="center"
+        )
 
 
 def plot_cells(sizes: Sequence[float], results: Sequence[Result]) -> None:

@@ -165,7 +165,7 @@ class LeggedRobot:
         """What the legs report (N, 3) of the true motions."""
         noise = self.noise
         scale = 1 + noise.odometry_bias * self.rng.choice([-1, 1], 3)
-        floor = np.array([noise.slip, noise.slip, noise.spin])
+        floor = np.repeat([noise.slip, noise.spin], [2, 1])
         return moves * scale + self._draw(moves.shape) * (noise.odometry * abs(moves) + floor)
 
     def _draw(self, shape):

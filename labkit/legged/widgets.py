@@ -67,7 +67,7 @@ class WalkExplorer(Explorer):
         return LeggedRobot(self.told["preset"], rng=self.seed).record(STEPS, kidnap=KIDNAP)
 
     def _lay_out(self):
-        canvas, duration = Canvas(9.2, 3.7, columns=3, width_ratios=[1.35, 1, 1]), STEPS * DT
+        canvas, duration = Canvas(10.6, 3.5, columns=3, width_ratios=[1.8, 1, 1]), STEPS * DT
         walk, distance, surprise = canvas.axes
         self.panels = [WalkPanel(walk), DistancePanel(distance, duration), SurprisePanel(surprise, duration)]
         canvas.move(*self.panels)
@@ -125,7 +125,7 @@ def play(localizers: Mapping[str, Any], log: FieldLog, interval: int = 100, most
         beliefs = {name: beliefs_along(kf, log, set(steps.tolist())) for name, kf in localizers.items()}
     except FilterError as problem:
         return Screen().apologize(problem)
-    canvas, panels = _side_by_side(list(localizers), log.field)
+    canvas, panels = _side_by_side(beliefs, log.field)
     stride = int(steps[1]) if len(steps) > 1 else 1
 
     def draw(k):
@@ -139,13 +139,15 @@ def play(localizers: Mapping[str, Any], log: FieldLog, interval: int = 100, most
     return player(canvas, steps, draw, log, interval)
 
 
-def _side_by_side(names, field):
-    """A canvas with a panel for each name, and one legend for all."""
-    alone = len(names) == 1
-    canvas = Canvas(4.8 if alone else 3.05 * len(names) + 0.2, 4.4 if alone else 3.0, columns=len(names))
+def _side_by_side(beliefs, field):
+    """A canvas with a panel for each name in {name: {step: belief}}, and one legend for all."""
+    names, alone = list(beliefs), len(beliefs) == 1
+    all_of_them = [belief for steps in beliefs.values() for belief in steps.values()]
+    canvas = Canvas(4.8 if alone else 3.05 * len(names) + 0.2, 4.7 if alone else 3.4, columns=len(names))
     panels = [BeliefPanel(ax, field, name) for ax, name in zip(canvas.axes, names)]
+    handles = panels[0].entries(all_of_them)
     canvas.figure.legend(
-        handles=panels[0].legend, loc="outside lower center", ncols=3 if alone else 5, fontsize=8, frameon=False
+        handles=handles, loc="outside lower center", ncols=3 if alone else 4, fontsize=8, frameon=False
     )
     for ax in canvas.axes[1:]:
         ax.set(ylabel="", yticklabels=[])

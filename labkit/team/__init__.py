@@ -8,7 +8,7 @@ from .. import lazily
 from .frame import frame_errors, relative_nees_per_dimension
 from .initial_pose import initial_pose
 from .log import TeamLog, dead_reckoned, delayed, later, of_logs
-from .start import first_metres, near, own_start, started
+from .start import first_metres, median_of_pairs, near, own_start, start_errors, started
 from .warning import FrameWarning
 from .world import Route, Team, TeamNoise
 

@@ -1,7 +1,7 @@
 """A leader and its followers: who should be where, and a run in which they try to be."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,15 +12,32 @@ from ..validation import as_covariance, as_numbers, as_point
 from .log import TeamLog, recorded
 from .world import DT, TURN, Team
 
-SLOTS = np.array([[-1.1, 0.9], [-1.1, -0.9]])  # [m] behind the leader, to its left and right: a triangle
-CRUISE, FASTEST = 0.25, 0.5  # [m/s] of the leader at best, of a follower at most
+# [m] where the followers should be, ahead of the leader and to its left.
+TRIANGLE = np.array([[-1.1, 0.9], [-1.1, -0.9]])
+COLUMN = np.array([[-1.2, 0.0], [-2.4, 0.0]])
+ABREAST = np.array([[0.0, 1.2], [0.0, -1.2]])
+CRUISE = 0.25  # [m/s] of the leader at best
 SLOW_HEADING = 1.5  # [s] by which the formation's heading lags behind the leader's
 BLEND = 1 - np.exp(-DT / SLOW_HEADING)  # by which it comes nearer in a step
 REACH = 0.3  # [m] a slot farther away pulls no harder than one at this distance
 FORMED = 0.15  # [m] every follower this near to its slot: the formation stands
 SETTLE = 9.0  # [s] in which what a turn has stirred up dies away
-Force = Callable[[Point, Point, Point, Points], Point]
-"""(me, slot, velocity of the slot, others) -> wanted velocity: see `run`."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """How a follower drives.
+
+    slot_velocity(arm, velocity, rate): how the slot moves (2,) [m/s] that lies at the arm (2,) [m] from a leader with
+    a velocity (2,) [m/s], while the formation turns at the rate [rad/s];
+    force(me, slot, velocity, others): the wanted velocity (2,) [m/s] of a follower at (2,) whose slot at (2,) moves
+    with a velocity (2,), while others (m, 2) are in its way;
+    steer(pose, velocity): the command (2,) [m/s, rad/s] of a robot at the pose (3,) that should have a velocity (2,).
+    """
+
+    slot_velocity: Callable[[Point, Point, float], Point]
+    force: Callable[[Point, Point, Point, Points], Point]
+    steer: Callable[[Pose, Point], Array]
 
 
 @dataclass(frozen=True)
@@ -29,7 +46,7 @@ class FormationRun:
 
     errors (N+1, n-1) [m] each follower's distance from its slot, by the true poses;  corners: the steps in
     which the leader began to turn;  finished: whether it came to its last way point;  least [m] the smallest
-    distance of two robots;  covariances (N+1, 3n, 3n): of what they believed, or None.
+    distance of two robots;  covariances (N+1, 3n, 3n): of what they believed, or None;  shape (n-1, 2): see `run`.
     """
 
     log: TeamLog
@@ -39,6 +56,7 @@ class FormationRun:
     finished: bool
     least: float
     covariances: Covariances | None = None
+    shape: Points = field(default_factory=lambda: TRIANGLE)
 
     @property
     def truth(self) -> Poses:
@@ -54,6 +72,10 @@ class FormationRun:
     def formed(self) -> float:
         """Seconds until the formation first stands; NaN if it never does."""
         return _seconds(self.error <= FORMED)
+
+    def sight(self, i: int, j: int) -> float:
+        """The share of all steps in which robot i sees robot j."""
+        return int(np.sum(self.log.logs[i].seen_id == j)) / len(self.log)
 
     def recoveries(self) -> Array:
         """(corners,) seconds from each corner until the formation stands again."""
@@ -87,7 +109,7 @@ def _after(error):
     return float((bad[-1] + 1) * DT) if bad[-1] + 1 < len(error) else np.nan
 
 
-def slots(leader: Pose, heading: float, offsets: Points = SLOTS) -> Points:
+def slots(leader: Pose, heading: float, offsets: Points = TRIANGLE) -> Points:
     """Where the followers should be (n, 2) [m], for a leader at (2,) and the formation's heading [rad]."""
     return transform(offsets, heading, leader[:2])
 
@@ -101,19 +123,18 @@ def lagging(heading: Array) -> Array:
 
 
 def run(
-    team: Team, estimator: Any, force: Force, way: Sequence, steps: int = 900, name: str = "a triangle"
+    team: Team, estimator: Any, rules: Rules, way: Sequence, shape: Points = TRIANGLE, steps: int = 900
 ) -> FormationRun:
-    """Drive a leader (robot 0) through the way points, followers by `force`, all in the estimated frame.
+    """Drive a leader (robot 0) through the way points, followers by `rules`, all in the estimated frame.
 
     estimator: has predict(u (n, 3)), update(seen), x (n, 3), P (3n, 3n); None: the followers know the true poses.
-    force(me, slot, velocity, others): the wanted velocity (2,) [m/s] of a follower at (2,) whose slot at (2,) moves
-    with a velocity (2,), while others (m, 2) are in its way.
     way: points (2,) in the frame in which the leader starts at its own pose.
+    shape (n-1, 2): the followers' slots, ahead of the leader and to its left [m].
     Raises ValueError for a team of another size.
     """
-    if team.n != 1 + len(SLOTS):
-        raise ValueError(f"a triangle has a leader and {len(SLOTS)} followers, but the team has {team.n} robots")
-    beliefs, pilot = [_belief(estimator, team)], _Pilot(_belief(estimator, team)[0], force, way)
+    if team.n != 1 + len(shape):
+        raise ValueError(f"the shape has a leader and {len(shape)} followers, but the team has {team.n} robots")
+    beliefs, pilot = [_belief(estimator, team)], _Pilot(_belief(estimator, team)[0], rules, way, shape)
     path, odometry, looks = [team.poses], [], []  # type: tuple[list, list, list]
     while len(looks) < steps and not (pilot.arrived and len(looks) > 51):
         odometry.append(team.drive(pilot(beliefs[-1][0])))
@@ -124,15 +145,16 @@ def run(
             estimator.update(looks[-1])
         beliefs.append(_belief(estimator, team))
     truth = np.array(path)
-    errors = [_from_slots(poses, heading) for poses, heading in zip(truth, lagging(truth[:, 0, 2]))]
+    errors = [_from_slots(poses, heading, shape) for poses, heading in zip(truth, lagging(truth[:, 0, 2]))]
     return FormationRun(
-        recorded(DT, odometry, path, looks, name),
+        recorded(DT, odometry, path, looks, "a formation"),
         np.array([x for x, _ in beliefs]),
         np.array(errors),
         tuple(pilot.corners),
         not pilot.way,
         _least_distance(truth[..., :2]),
         None if estimator is None else np.array([P for _, P in beliefs]),
+        shape,
     )
 
 
@@ -152,21 +174,19 @@ class _Pilot:
     with all followers in their slots.
     """
 
-    def __init__(self, x, force, way):
-        self.heading, self.force, self.way = x[0, 2], force, list(way)
+    def __init__(self, x, rules, way, shape):
+        self.heading, self.rules, self.way, self.shape = x[0, 2], rules, list(way), shape
         self.step, self.corners, self.arrived = 0, [], False
 
     def __call__(self, x):
         self.step += 1
         before, self.heading = self.heading, self.heading + BLEND * wrap(x[0, 2] - self.heading)
-        wanted, rate = slots(x[0], self.heading), (self.heading - before) / DT
+        wanted, rate = slots(x[0], self.heading, self.shape), (self.heading - before) / DT
         worst = np.linalg.norm(x[1:, :2] - wanted, axis=1).max()
         leader = self._lead(x[0], worst)
         self.arrived = not self.way and not leader[0] and worst < FORMED
         ahead = leader[0] * np.array([np.cos(x[0, 2]), np.sin(x[0, 2])])
-        arms = wanted - x[0, :2]
-        velocities = ahead + rate * np.stack([-arms[:, 1], arms[:, 0]], axis=-1)
-        return np.array([leader, *(self._follow(x, i, wanted[i - 1], velocities[i - 1]) for i in range(1, len(x)))])
+        return np.array([leader, *(self._follow(x, i, slot, ahead, rate) for i, slot in enumerate(wanted, 1))])
 
     def _lead(self, pose, worst):
         """The leader's command: slower, the farther the worst follower is from its slot [m]; it turns on the spot."""
@@ -183,9 +203,11 @@ class _Pilot:
         pace = CRUISE * np.clip(1.2 - worst / 0.6, 0.1, 1.0)
         return np.array([pace, np.clip(off / (2 * DT), -TURN, TURN)])
 
-    def _follow(self, x, i, slot, velocity):
+    def _follow(self, x, i, slot, ahead, rate):
         me, others = x[i, :2], np.delete(x[:, :2], i, axis=0)
-        return steer(x[i], as_point(self.force(me, _within_reach(me, slot), velocity, others), "what force gives"))
+        velocity = as_point(self.rules.slot_velocity(slot - x[0, :2], ahead, rate), "what slot_velocity gives")
+        wanted = as_point(self.rules.force(me, _within_reach(me, slot), velocity, others), "what force gives")
+        return as_point(self.rules.steer(x[i], wanted), "what steer gives")
 
 
 def _within_reach(me, slot):
@@ -194,9 +216,9 @@ def _within_reach(me, slot):
     return me + away * min(1.0, REACH / max(np.hypot(*away), 1e-9))
 
 
-def _from_slots(poses, heading):
+def _from_slots(poses, heading, shape):
     """(n-1,) [m]"""
-    return np.linalg.norm(poses[1:, :2] - slots(poses[0], heading), axis=1)
+    return np.linalg.norm(poses[1:, :2] - slots(poses[0], heading, shape), axis=1)
 
 
 def _least_distance(places):
@@ -205,22 +227,13 @@ def _least_distance(places):
     return float(apart[:, *np.triu_indices(places.shape[1], 1)].min())
 
 
-def steer(pose: Pose, velocity: Point) -> Array:
-    """Command (forward velocity [m/s], turn rate [rad/s]) of a robot on wheels that should move at `velocity` (2,)."""
-    speed = np.hypot(*velocity)
-    if speed < 0.01:
-        return np.zeros(2)
-    off = wrap(np.arctan2(velocity[1], velocity[0]) - pose[2])
-    return np.array([min(speed, FASTEST) * max(np.cos(off), 0.0), np.clip(2.0 * off, -2 * TURN, 2 * TURN)])
-
-
 START = ((0, 0, 0), (-1.8, 1.6, 0.3), (-2.0, -1.5, -0.2))
 CROSSING = ((0, 0, 0), (-1.8, -1.6, 0.3), (-2.0, 1.5, -0.2))  # each follower starts on the other's side
 
 
-def triangle(rng: Seed = None, start: ArrayLike = START, **more: Any) -> Team:
+def three(rng: Seed = None, start: ArrayLike = START, **more: Any) -> Team:
     """S4: the Team of a leader and two followers, which see what is ahead; start (3, 3): their poses."""
-    return Team(start, sees=[(1, 0), (2, 0), (1, 2), (2, 1)], rng=rng, **more)
+    return Team(start, **{"sees": [(1, 0), (2, 0), (1, 2), (2, 1)], "rng": rng, **more})
 
 
 WAY = [(4.0, 0.0), (4.0, -4.0), (0.0, -4.0)]  # two turns of 90 degrees, clockwise (the paper's figure 7)

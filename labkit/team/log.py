@@ -160,11 +160,11 @@ def of_logs(logs: Sequence[Log], ids: Sequence | None = None, name: str = "team"
     return TeamLog(tuple(cut), ids, name)
 
 
-def later(log: TeamLog, first: int) -> TeamLog:
-    """The TeamLog from step `first` on.  Raises ValueError if there is no such step."""
+def later(log: TeamLog, first: int, last: int | None = None) -> TeamLog:
+    """The TeamLog from step `first` on, to step `last` if told.  Raises ValueError if there is no such step."""
     if not 0 <= first < len(log):
         raise ValueError(f"first must be a step from 0 to {len(log) - 1}, but it is {first}")
-    cut = [_cut(one, first, len(one), [j for j in log.ids if j != i]) for i, one in zip(log.ids, log.logs)]
+    cut = [_cut(one, first, last or len(one), [j for j in log.ids if j != i]) for i, one in zip(log.ids, log.logs)]
     return replace(log, logs=tuple(cut))
 
 

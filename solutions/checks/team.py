@@ -100,7 +100,7 @@ CIRCLES = [
 ]
 TOO_NEAR = "if c2 <= 0 or abs(measured) <= 3 * np.sqrt(2) * sigma:"
 GAP, HEADING = "abs(wrap(wrap(to[1] - to[0]) - measured))", "circular_mean(to - np.array([z1[1], z2[1]]))"
-PAIR_END = "return np.array([O[0], O[1], heading]) if off <= 3 * np.sqrt(2) * sigma else UNKNOWN"
+PAIR_END = "return np.array([o[0], o[1], heading]) if off <= 3 * np.sqrt(2) * sigma else UNKNOWN"
 CIRCLES_MISTAKES = [
     Mistake(
         "no-baseline", "Two points less than 1 m apart tell too little: return UNKNOWN.", [("if b < 1:", "if False:")]
@@ -112,7 +112,7 @@ CIRCLES_MISTAKES = [
             ("if c2 <= 0 or abs(measured) <= 3 * np.sqrt(2) * sigma:", "if c2 <= 0:"),
             (
                 PAIR_END,
-                "return np.array([O[0], O[1], heading]) if off <= max(3 * np.sqrt(2) * sigma, 0.05) else UNKNOWN",
+                "return np.array([o[0], o[1], heading]) if off <= max(3 * np.sqrt(2) * sigma, 0.05) else UNKNOWN",
             ),
         ],
     ),
@@ -120,7 +120,7 @@ CIRCLES_MISTAKES = [
         "no-last-gate",
         "Readings that contradict each other are believed: if the predicted difference is more than 3 sqrt(2) sigma off, "
         "return UNKNOWN.",
-        [(PAIR_END, "return np.array([O[0], O[1], heading])")],
+        [(PAIR_END, "return np.array([o[0], o[1], heading])")],
     ),
     Mistake(
         "other-side",
@@ -128,15 +128,15 @@ CIRCLES_MISTAKES = [
         "measured one.",
         [
             (
-                "off, O, heading = min(found, key=lambda one: one[0])",
-                "off, O, heading = max(found, key=lambda one: one[0])\n    off = 0",
+                "off, o, heading = min(found, key=lambda one: one[0])",
+                "off, o, heading = max(found, key=lambda one: one[0])\n    off = 0",
             )
         ],
     ),
     Mistake(
         "always-left",
         "Always the point to the left of the way is taken: the difference of the bearings tells which one it is.",
-        [("off, O, heading = min(found, key=lambda one: one[0])", "off, O, heading = found[0]\n    off = 0")],
+        [("off, o, heading = min(found, key=lambda one: one[0])", "off, o, heading = found[0]\n    off = 0")],
     ),
     Mistake(
         "a-sign",
@@ -184,7 +184,7 @@ CIRCLES_MISTAKES = [
     Mistake(
         "arctan2-swapped",
         "arctan2 takes y first, then x.",
-        [("[::-1]), np.arctan2(*(P2 - O)[::-1])", "), np.arctan2(*(P2 - O))")],
+        [("[::-1]), np.arctan2(*(p2 - o)[::-1])", "), np.arctan2(*(p2 - o))")],
     ),
     Mistake(
         "heading-not-subtracted",
@@ -205,11 +205,11 @@ CIRCLES_MISTAKES = [
     ),
     Mistake(
         "from-robot",
-        "The directions point from the robot to the observer: it is the observer that looks, so P - O.",
+        "The directions point from the robot to the observer: it is the observer that looks, so p - o.",
         [
             (
-                "np.arctan2(*(P1 - O)[::-1]), np.arctan2(*(P2 - O)[::-1])",
-                "np.arctan2(*(O - P1)[::-1]), np.arctan2(*(O - P2)[::-1])",
+                "np.arctan2(*(p1 - o)[::-1]), np.arctan2(*(p2 - o)[::-1])",
+                "np.arctan2(*(o - p1)[::-1]), np.arctan2(*(o - p2)[::-1])",
             )
         ],
     ),
@@ -267,7 +267,10 @@ H_MISTAKES = [
     ),
 ]
 JACOBIANS = [case(id, title, ["H_o", "H_p"], "jacobians", o, p) for id, title, o, p in POSES]
-H_P, H_O = "[[dx / d, dy / d, 0], [-dy / q, dx / q, 0]]", "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, -1]]"
+H_P, H_O = (
+    "[[dx / rho, dy / rho, 0], [-dy / rho2, dx / rho2, 0]]",
+    "[[-dx / rho, -dy / rho, 0], [dy / rho2, -dx / rho2, -1]]",
+)
 JACOBIANS_MISTAKES = [
     Mistake(
         "swapped",
@@ -277,7 +280,7 @@ JACOBIANS_MISTAKES = [
     Mistake(
         "same-sign",
         "H_o has the sign of H_p: when the observer comes nearer, the range shrinks.",
-        [(H_O, "[[dx / d, dy / d, 0], [-dy / q, dx / q, -1]]")],
+        [(H_O, "[[dx / rho, dy / rho, 0], [-dy / rho2, dx / rho2, -1]]")],
     ),
     Mistake(
         "no-heading",
@@ -293,8 +296,8 @@ JACOBIANS_MISTAKES = [
     Mistake(
         "target-heading",
         "The target's heading is irrelevant: its column is 0.",
-        [(H_P, H_P.replace("dx / q, 0]", "dx / q, -1]"))],
-        [(H_P, H_P.replace("dx / q, 0]", "dx / q, 1]"))],
+        [(H_P, H_P.replace("dx / rho2, 0]", "dx / rho2, -1]"))],
+        [(H_P, H_P.replace("dx / rho2, 0]", "dx / rho2, 1]"))],
     ),
     Mistake(
         "one-array",
@@ -304,26 +307,36 @@ JACOBIANS_MISTAKES = [
     Mistake(
         "r-for-q",
         "The bearing row is divided by the square of the range.",
-        [("q = dx**2 + dy**2\n    d = np.sqrt(q)", "q = np.hypot(dx, dy)\n    d = q")],
+        [("rho2 = dx**2 + dy**2\n    rho = np.sqrt(rho2)", "rho2 = np.hypot(dx, dy)\n    rho = rho2")],
     ),
-    Mistake("q-for-r", "The range row is divided by the range itself, not its square.", [("d = np.sqrt(q)", "d = q")]),
+    Mistake(
+        "q-for-r",
+        "The range row is divided by the range itself, not its square.",
+        [("rho = np.sqrt(rho2)", "rho = rho2")],
+    ),
     Mistake(
         "row-of-lab-3",
         "The signs are those of lab 3, where the robot moved: here H_p is of the target.",
-        [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]")],
-        [(H_P, "[[-dx / d, -dy / d, 0], [dy / q, -dx / q, 0]]"), (H_O, "[[dx / d, dy / d, 0], [-dy / q, dx / q, -1]]")],
+        [(H_P, "[[-dx / rho, -dy / rho, 0], [dy / rho2, -dx / rho2, 0]]")],
+        [
+            (H_P, "[[-dx / rho, -dy / rho, 0], [dy / rho2, -dx / rho2, 0]]"),
+            (H_O, "[[dx / rho, dy / rho, 0], [-dy / rho2, dx / rho2, -1]]"),
+        ],
     ),
     Mistake(
         "bearing-sign",
-        "The bearing row has the wrong sign: the derivative of atan2(dy, dx) by dx is -dy / q, by dy it is dx / q.",
-        [(H_P, "[[dx / d, dy / d, 0], [dy / q, -dx / q, 0]]"), (H_O, "[[-dx / d, -dy / d, 0], [-dy / q, dx / q, -1]]")],
-        [(H_P, "[[dx / d, dy / d, 0], [dy / q, -dx / q, 0]]")],
+        "The bearing row has the wrong sign: the derivative of atan2(dy, dx) by dx is -dy / rho2, by dy it is dx / rho2.",
+        [
+            (H_P, "[[dx / rho, dy / rho, 0], [dy / rho2, -dx / rho2, 0]]"),
+            (H_O, "[[-dx / rho, -dy / rho, 0], [-dy / rho2, dx / rho2, -1]]"),
+        ],
+        [(H_P, "[[dx / rho, dy / rho, 0], [dy / rho2, -dx / rho2, 0]]")],
     ),
     Mistake(
         "bearing-columns",
         "The two entries of the bearing row have changed places: by x it holds dy, by y dx.",
-        [(H_P, "[[dx / d, dy / d, 0], [dx / q, -dy / q, 0]]")],
-        [(H_P, "[[dx / d, dy / d, 0], [dx / q, dy / q, 0]]")],
+        [(H_P, "[[dx / rho, dy / rho, 0], [dx / rho2, -dy / rho2, 0]]")],
+        [(H_P, "[[dx / rho, dy / rho, 0], [dx / rho2, dy / rho2, 0]]")],
     ),
     Mistake(
         "transposed",
@@ -444,6 +457,112 @@ FORCE_MISTAKES = [
     ),
 ]
 
+VELOCITY = [
+    case("turn", "the leader stands and turns", [""], "slot_velocity", [-1.1, 0.9], [0.0, 0.0], 0.4),
+    case("both", "the leader drives and turns", [""], "slot_velocity", [0.3, -1.2], [0.2, 0.1], -0.6),
+    case("ahead", "the leader drives straight ahead", [""], "slot_velocity", [-1.1, 0.9], [0.2, 0.1], 0.0),
+]
+SWING = "rate * np.array([-arm[1], arm[0]])"
+VELOCITY_MISTAKES = [
+    Mistake(
+        "no-swing", "The slot also swings around a leader that turns: add rate times (-r_y, r_x).", [(SWING, "0 * arm")]
+    ),
+    Mistake("no-leader", "The leader's own velocity is missing.", [("return velocity + rate", "return rate")]),
+    Mistake(
+        "swing-sign",
+        "The slot swings the wrong way: with a rate above 0 everything turns to the left, so (-r_y, r_x).",
+        [(SWING, "rate * np.array([arm[1], -arm[0]])")],
+    ),
+    Mistake(
+        "along-the-arm",
+        "The slot is pulled along its arm: what turns moves at right angles to it, (-r_y, r_x).",
+        [(SWING, "rate * arm")],
+    ),
+    Mistake(
+        "swapped",
+        "Exchanged are the two numbers of the arm, but none has changed its sign: (-r_y, r_x).",
+        [(SWING, "rate * np.array([arm[1], arm[0]])")],
+    ),
+]
+STEER = [
+    case("ahead", "nearly straight ahead", [""], "steer", [0.5, -1.0, 0.0], [0.2, 0.1]),
+    case("left", "to the left", [""], "steer", [0.5, -1.0, -0.5], [0.1, 0.25]),
+    case("behind", "to where it does not look", [""], "steer", [0.5, -1.0, 0.2], [-0.3, 0.02]),
+    case("west", "across 180 degrees", [""], "steer", [0.5, -1.0, 3.0], [-0.3, -0.04]),
+    case("fast", "faster than it can", [""], "steer", [0.5, -1.0, 0.2], [0.7, 0.5]),
+    case("stand", "hardly any velocity", [""], "steer", [0.5, -1.0, 0.5], [0.004, -0.006]),
+]
+OFF, GO = "off = wrap(np.arctan2(velocity[1], velocity[0]) - pose[2])", "min(speed, 0.5) * max(np.cos(off), 0.0)"
+STEER_MISTAKES = [
+    Mistake("not-wrapped", "The angle is not wrapped: it turns the long way round.", [(OFF, OFF.replace("wrap", ""))]),
+    Mistake(
+        "no-heading",
+        "The heading is not subtracted: how much it has to turn depends on where it looks.",
+        [(OFF, "off = np.arctan2(velocity[1], velocity[0])")],
+    ),
+    Mistake(
+        "turns-away",
+        "It turns away from where it should go: direction of the velocity less heading.",
+        [(OFF, "off = wrap(pose[2] - np.arctan2(velocity[1], velocity[0]))")],
+    ),
+    Mistake(
+        "swapped",
+        "arctan2 takes y first, then x.",
+        [(OFF, OFF.replace("velocity[1], velocity[0]", "velocity[0], velocity[1]"))],
+    ),
+    Mistake(
+        "backwards",
+        "It drives backwards: where the cosine is below 0, it only turns.",
+        [(GO, "min(speed, 0.5) * np.cos(off)")],
+    ),
+    Mistake(
+        "drives-first",
+        "It drives at full speed wherever it looks: times the cosine of the angle.",
+        [(GO, "min(speed, 0.5)")],
+    ),
+    Mistake("too-fast", "It drives faster than 0.5 m/s.", [(GO, "speed * max(np.cos(off), 0.0)")]),
+    Mistake(
+        "turns-too-fast", "It turns faster than 1.2 rad/s: clip the rate.", [("np.clip(2 * off, -1.2, 1.2)", "2 * off")]
+    ),
+    Mistake("half-rate", "The turn rate is twice the angle.", [("np.clip(2 * off", "np.clip(off")]),
+    Mistake("never-stands", "Below 0.01 m/s it stands: both numbers are 0.", [("if speed < 0.01:", "if False:")]),
+    Mistake(
+        "order",
+        "The order is (forward velocity, turn rate).",
+        [(f"np.array([{GO}, np.clip(2 * off, -1.2, 1.2)])", f"np.array([np.clip(2 * off, -1.2, 1.2), {GO}])")],
+    ),
+]
+WEIGH = [
+    case("two", "two guesses", [""], "weigh", [0.5, 0.5], [0.3, 2.1]),
+    case("prior", "guesses that were not alike before", [""], "weigh", [0.7, 0.2, 0.1], [4.0, 1.0, 2.5]),
+    case("bad", "readings that fit none of them", [""], "weigh", [0.4, 0.6], [5001.0, 5000.0]),
+]
+WEIGHED = "np.asarray(w) * np.exp(-(np.asarray(misfits) - np.min(misfits)) / 2)"
+WEIGH_MISTAKES = [
+    Mistake("no-half", "The factor is exp(-m / 2), with the half.", [(WEIGHED, WEIGHED.replace(" / 2", ""))]),
+    Mistake(
+        "sign",
+        "What fits badly becomes more probable: exp(-m / 2), with the minus.",
+        [(WEIGHED, WEIGHED.replace("exp(-(", "exp((").replace("np.min", "np.max"))],
+    ),
+    Mistake(
+        "forgets",
+        "What was known before is forgotten: the old weights are a factor.",
+        [(WEIGHED, WEIGHED.removeprefix("np.asarray(w) * "))],
+    ),
+    Mistake("sum", "The weights do not sum up to 1: divide by their sum.", [("return w / np.sum(w)", "return w")]),
+    Mistake(
+        "underflow",
+        "Where all misfits are large, exp(-m / 2) is 0 for a computer: subtract the smallest misfit first.",
+        [(WEIGHED, "np.asarray(w) * np.exp(-np.asarray(misfits) / 2)")],
+    ),
+    Mistake(
+        "largest",
+        "Divided by the largest one: their sum is to be 1.",
+        [("return w / np.sum(w)", "return w / np.max(w)")],
+    ),
+]
+
 X0 = [[0.1, -0.2, 0.3], [-4.0, 1.5, -0.4], [3.5, 2.5, -2.6]]
 P0 = [[0.04 if i == j else 0.03 if i // 3 == j // 3 else 0.002 for j in range(9)] for i in range(9)]
 NOISE = {"walk": 0.05, "side": 0.03, "turn": 0.06, "range": 0.08, "bearing": 0.03, "lateral": 0.2}
@@ -470,16 +589,14 @@ def run(id, title, *calls, x0=X0, **options):
 
 
 ACROSS = [[0.1, -0.2, 3.0], *X0[1:]]
-PAPER = [
+PREDICT = [
     run("predict", "predict, one step", None),
     run("twice", "predict two steps, the heading across 180 degrees", None, None, x0=ACROSS),
     run("inflate", "another inflate", None, inflate=9.0),
-    run("empty", "update without a reading changes nothing", []),
+]
+READING = [
     run("one", "update with one reading", ["a"]),
     run("self", "a reading of robot 0 itself", ["back"]),
-    run("two", "update with two readings, one after the other", ["a", "b"]),
-    run("false", "a false reading beside an honest one: the gate", ["false", "a"]),
-    run("gate", "another gate", ["a", "b2"], gate=3.0),
     run("edge", "a bearing across 180 degrees", ["edge"], x0=[[0.1, -0.2, -0.35], *X0[1:]]),
     run("close", "a reading from close by: R at the expected range", ["close"], x0=[X0[0], [-0.35, -0.4, 0.1], X0[2]]),
     run(
@@ -488,6 +605,12 @@ PAPER = [
         ["far"],
         x0=[[0.1, -0.2, 0.3], [3.9, 1.5, 3.13], X0[2]],
     ),
+]
+PAPER = [
+    run("empty", "update without a reading changes nothing", []),
+    run("two", "update with two readings, one after the other", ["a", "b"]),
+    run("false", "a false reading beside an honest one: the gate", ["false", "a"]),
+    run("gate", "another gate", ["a", "b2"], gate=3.0),
     run("again", "two updates, one after the other", ["a"], ["b"]),
     run("both", "predict, then update", None, ["b", "back"]),
 ]
@@ -496,8 +619,9 @@ EKF = [
     run("twice", "predict two steps, one heading across 180 degrees", None, None, x0=ACROSS),
     run("inflate", "another inflate", None, inflate=9.0),
 ]
-COS, F_BLOCK = "c, s = np.cos(x[2]), np.sin(x[2])", "[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]"
-ADD_X, ADD_P = "x += [dx, dy, ui[2]]", "self.P = F @ self.P @ F.T + W @ Q @ W.T"
+COS, F_BLOCK = "cos, sin = np.cos(self.x[i, 2]), np.sin(self.x[i, 2])", "[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]"
+ADD_X, ADD_P = "self.x[i] += [dx, dy, u[i, 2]]", "self.P = F @ self.P @ F.T + slips"
+SLIP, EACH = "W @ np.diag(self.inflate * sigma**2) @ W.T", "for i, sigma in enumerate(self.noise.of_step(u)):"
 D2 = "self.d2.append(nu @ np.linalg.solve(S, nu))"
 GAIN, NEW_P, NEW_X = (
     "K = np.linalg.solve(S, H @ self.P).T",
@@ -678,90 +802,85 @@ PAPER_MISTAKES = [
         [(NEW_X, "self.x = self.x + (K @ nu).reshape(3, -1).T")],
     ),
 ]
+IN_PREDICT = [mistake.id for mistake in PAPER_MISTAKES[: [m.id for m in PAPER_MISTAKES].index("of-metre") + 1]]
+IN_LOOP = ["no-gate", "gate-fixed", "stops-at-gate", "d2-grows"]
 EKF_MISTAKES = [
     Mistake(
         "paper",
         "Only robot 0 moves: every robot has its own odometry, observers too.",
-        [("for x, ui in zip(self.x, u):", "for x, ui in zip(self.x, np.concatenate([u[:1], 0 * u[1:]])):")],
+        [(EACH, "u = np.concatenate([u[:1], 0 * u[1:]])\n        " + EACH)],
     ),
     Mistake(
         "world-frame",
         "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
-        [("dx, dy = c * ui[0] - s * ui[1], s * ui[0] + c * ui[1]", "dx, dy = ui[0], ui[1]")],
+        [("dx, dy, _ = W @ u[i]", "dx, dy, _ = u[i]")],
     ),
     Mistake(
         "heading-first",
         "The step is turned by the heading after it: take the heading before the step.",
-        [(COS, "c, s = np.cos(x[2] + ui[2]), np.sin(x[2] + ui[2])")],
+        [(COS, "cos, sin = np.cos(self.x[i, 2] + u[i, 2]), np.sin(self.x[i, 2] + u[i, 2])")],
     ),
     Mistake(
         "w-missing",
         "W is missing: along and across the way have to be turned by the heading, W Q W'.",
-        [(ADD_P, "self.P = F @ self.P @ F.T + Q")],
+        [(SLIP, "np.diag(self.inflate * sigma**2)")],
     ),
     Mistake(
         "w-transposed",
         "W Q W' has its transpose in the wrong place.",
-        [(ADD_P, "self.P = F @ self.P @ F.T + W.T @ Q @ W")],
+        [(SLIP, "W.T @ np.diag(self.inflate * sigma**2) @ W")],
     ),
     Mistake(
-        "f-transposed",
-        "F P F' has its transpose in the wrong place.",
-        [(ADD_P, "self.P = F.T @ self.P @ F + W @ Q @ W.T")],
+        "f-transposed", "F P F' has its transpose in the wrong place.", [(ADD_P, "self.P = F.T @ self.P @ F + slips")]
     ),
     Mistake(
         "blocks-only",
         "The covariances *between* robots are lost, or are not moved: F is one matrix (3n, 3n), and F P F' reaches all blocks of P.",
-        [(ADD_P, "self.P = self.P * block_diag(*[np.ones((3, 3))] * len(u))\n        " + ADD_P)],
-        [
-            (
-                ADD_P,
-                "all_P = F @ self.P @ F.T + W @ Q @ W.T\n        own = block_diag(*[np.ones((3, 3))] * len(u)) > 0\n        self.P = np.where(own, all_P, self.P)",
-            )
-        ],
+        [(ADD_P, "self.P = self.P * np.kron(np.eye(n), np.ones((3, 3)))\n        " + ADD_P)],
+        [(ADD_P, "self.P = np.where(np.kron(np.eye(n), np.ones((3, 3))) > 0, F @ self.P @ F.T + slips, self.P)")],
     ),
     Mistake(
         "f-of-u",
         "F has the odometry in its last column: it is the step turned into the common frame, (-delta_y, delta_x).",
-        [(F_BLOCK, "[[1, 0, -ui[1]], [0, 1, ui[0]], [0, 0, 1]]")],
+        [(F_BLOCK, "[[1, 0, -u[i, 1]], [0, 1, u[i, 0]], [0, 0, 1]]")],
     ),
     Mistake(
         "q-of-robot-0",
         "Every robot gets the noise of robot 0's step: use `self.noise.of_step(u[i])`.",
-        [("self.inflate * self.noise.of_step(ui)", "self.inflate * self.noise.of_step(u[0])")],
+        [(SLIP, SLIP.replace("sigma**2", "self.noise.of_step(u[0]) ** 2"))],
     ),
     Mistake(
         "inflate-squared",
         "`self.inflate` is squared: it is a factor of the variances.",
-        [("self.inflate * self.noise.of_step(ui) ** 2", "(self.inflate * self.noise.of_step(ui)) ** 2")],
+        [(SLIP, SLIP.replace("self.inflate * sigma**2", "(self.inflate * sigma) ** 2"))],
     ),
     Mistake(
         "f-identity",
         "F is the identity (or missing): a heading that is off carries the position astray when the robot drives.",
-        [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]")],
+        [(F_BLOCK, "np.eye(3)")],
     ),
     Mistake(
         "f-signs",
         "The last column of F is (-dy, dx): the derivative of a turned vector is the vector turned by 90 degrees.",
-        [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
-        [("[[1, 0, -dy], [0, 1, dx], [0, 0, 1]]", "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")],
+        [(F_BLOCK, "[[1, 0, dy], [0, 1, -dx], [0, 0, 1]]")],
+        [(F_BLOCK, "[[1, 0, dx], [0, 1, dy], [0, 0, 1]]")],
     ),
     Mistake(
         "no-inflate",
         "`self.inflate` is not used: Q has it as a factor.",
-        [("self.inflate * self.noise.of_step(ui)", "self.noise.of_step(ui)")],
+        [(SLIP, SLIP.replace("self.inflate * sigma**2", "sigma**2"))],
     ),
     Mistake(
         "q-not-squared",
         "Q holds standard deviations: a covariance holds their squares.",
-        [("self.noise.of_step(ui) ** 2", "self.noise.of_step(ui)")],
+        [(SLIP, SLIP.replace("sigma**2", "sigma"))],
     ),
     Mistake("q-forgotten", "Q is missing in predict.", [(ADD_P, "self.P = F @ self.P @ F.T")]),
     Mistake("x-not-moved", "`predict` leaves the poses as they were.", [(ADD_X, "pass")]),
     Mistake(
         "heading-not-wrapped",
         "A heading is outside (-pi, pi] after predict: wrap the third column.",
-        [("            " + ADD_X + "\n        self.x[:, 2] = wrap(self.x[:, 2])\n", "            " + ADD_X + "\n")],
+        [("        self.x[:, 2] = wrap(self.x[:, 2])\n        " + ADD_P, "        " + ADD_P)],
     ),
 ]
 SEQUENCE = """class PaperEKF(PaperEKF):
@@ -838,7 +957,7 @@ CHECKS = [
         "two_circles",
         "function",
         CIRCLES,
-        [Right("list", [(PAIR_END, PAIR_END.replace("np.array([O[0], O[1], heading])", "[*O, heading]"))])],
+        [Right("list", [(PAIR_END, PAIR_END.replace("np.array([o[0], o[1], heading])", "[*o, heading]"))])],
         CIRCLES_MISTAKES,
     ),
     Check(
@@ -869,6 +988,33 @@ CHECKS = [
         CONVERTED_MISTAKES,
     ),
     Check(
+        "team-velocity",
+        FORMATION,
+        "slot_velocity",
+        "function",
+        VELOCITY,
+        [Right("turned", [(SWING, "rate * (np.array([[0, -1], [1, 0]]) @ arm)")])],
+        VELOCITY_MISTAKES,
+    ),
+    Check(
+        "team-steer",
+        FORMATION,
+        "steer",
+        "function",
+        STEER,
+        [Right("norm", [("speed = np.hypot(*velocity)", "speed = np.linalg.norm(velocity)")])],
+        STEER_MISTAKES,
+    ),
+    Check(
+        "team-weigh",
+        FORMATION,
+        "weigh",
+        "function",
+        WEIGH,
+        [Right("logs", [(WEIGHED, "np.exp(np.log(w) - np.asarray(misfits) / 2 + np.min(misfits) / 2)")])],
+        WEIGH_MISTAKES,
+    ),
+    Check(
         "team-force",
         FORMATION,
         "force",
@@ -878,14 +1024,33 @@ CHECKS = [
         FORCE_MISTAKES,
     ),
     Check(
+        "team-predict",
+        LAB,
+        "PaperEKF",
+        "filter",
+        PREDICT,
+        [],
+        [mistake for mistake in PAPER_MISTAKES if mistake.id in IN_PREDICT],
+        team_probing(()),
+    ),
+    Check(
+        "team-reading",
+        LAB,
+        "PaperEKF",
+        "filter",
+        READING,
+        [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
+        [mistake for mistake in PAPER_MISTAKES if mistake.id not in IN_PREDICT + IN_LOOP],
+        team_probing([(1, 0), (2, 0), (1, 2), (0, 2)]),
+    ),
+    Check(
         "team-paper",
         LAB,
         "PaperEKF",
         "filter",
         PAPER,
         [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
-        PAPER_MISTAKES,
-        team_probing([(1, 0), (2, 0), (1, 2), (0, 2)]),
+        [mistake for mistake in PAPER_MISTAKES if mistake.id in IN_LOOP],
     ),
     Check("team-ekf", LAB, "GroupEKF", "filter", EKF, [Right("slices", SLICES)], EKF_MISTAKES, team_probing(())),
 ]

@@ -20,11 +20,11 @@ from labkit.geometry import relative  # noqa: E402
 from labkit.metrics import nees_per_dimension  # noqa: E402
 from labkit.notebook.answers import load_answer  # noqa: E402
 from labkit.team import FrameWarning, TeamNoise, dead_reckoned, frame_errors, scenarios  # noqa: E402
-from labkit.team.formation import CROSSING, WAY, run, triangle  # noqa: E402
+from labkit.team.formation import CROSSING, WAY, run, three  # noqa: E402
 from labkit.team.pairs import PairFilters  # noqa: E402
 from labkit.team.smoother import least_squares  # noqa: E402
 
-from helpers.team_answers import answer, start_errors, started  # noqa: E402
+from helpers.team_answers import answer, rules, start_errors, started  # noqa: E402
 
 NOISE = TeamNoise()
 WHITE = dataclasses.replace(NOISE, scale=0.0, turn_scale=0.0, drift=0.0)
@@ -106,12 +106,10 @@ def formation(runs):
     for name, options in (("S4", {}), ("S4 from a crossing start", {"start": CROSSING})):
         done = []
         for seed in range(runs):
-            team = triangle(rng=seed, **options)
+            team = three(rng=seed, **options)
             x0 = team.poses + sigma * np.random.default_rng(seed + 1000).standard_normal((3, 3))
             done.append(
-                run(
-                    team, answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0), answer("force"), WAY
-                )
+                run(team, answer("GroupEKF")(x0, np.diag(sigma.ravel() ** 2), NOISE, inflate=10.0), rules(), WAY)
             )
         again = np.concatenate([one.recoveries() for one in done])
         print(

@@ -48,16 +48,16 @@ UNLISTED = [
     ("legged-ekf", [("A @ P @ A.T + W", "2 * A @ P @ A.T + W")], "of that, what is kept acts as"),
     ("legged-ekf", [("np.diag(np.square(sigmas))", "7 * np.diag(np.square(sigmas))")], "R, as it stands in S, acts as"),
     (
-        "team-paper",
-        [("[-dx / d, -dy / d, 0]", "[-dx / d, dy / d, 0]")],
+        "team-reading",
+        [("[-dx / rho, -dy / rho, 0]", "[-dx / rho, dy / rho, 0]")],
         "the row of the bearing is right; that of the range",
     ),
     (
-        "team-paper",
+        "team-reading",
         [("S = H @ self.P @ H.T + np.diag(sigma**2)", "S = H @ self.P @ H.T + np.diag(3 * sigma**2)")],
         "R, as it",
     ),
-    ("team-ekf", [("self.inflate * self.noise.of_step(ui) ** 2", "self.noise.of_step(ui) ** 2")], "inflate"),
+    ("team-ekf", [("self.inflate * sigma**2", "sigma**2")], "inflate"),
     (LAB1, [(P, "self.Pk_k = self.Pk_k - K @ S @ K.T - np.eye(2)")], "negative variances"),
 ]
 

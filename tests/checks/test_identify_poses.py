@@ -3,7 +3,7 @@
 import pytest
 from checks.test_checks import failure
 
-LEGGED, PAPER, GROUP = "legged-ekf", "team-paper", "team-ekf"
+LEGGED, PAPER, GROUP = "legged-ekf", "team-reading", "team-ekf"
 D2 = "self.d2.append(nu[block] @ np.linalg.solve(S[block, block], nu[block]))"
 KEEP = "keep = np.repeat(np.array(self.d2) < self.gate, 2)"
 D2_TEAM = "self.d2.append(nu @ np.linalg.solve(S, nu))"
@@ -19,6 +19,20 @@ UNLISTED = [
         [("else noise.bearing_partial)", "else 2 * noise.bearing)")],
         "R, as it stands in S, for what is cut off, acts",
     ),
+    (LEGGED, [(KEEP, KEEP.replace("repeat", "tile"))], "when something beyond the gate is in view"),
+    (LEGGED, [("noise.of_range(lm) * expected[0]", "noise.of_range(lm) * lm.p[0]")], "changes with what was measured"),
+    (
+        LEGGED,
+        [("H.append(jacobian(x, known))", "H.append(jacobian(x, known) * [1, 1, 0])")],
+        "that of the bearing acts as",
+    ),
+    (
+        PAPER,
+        [("noise.of_bearing(expected[0])])\n            S", "noise.bearing])\n            S")],
+        "R, as it stands in S, acts as",
+    ),
+    (PAPER, [("of_bearing(expected[0])])", "of_bearing(z[0])])")], "changes with what was measured"),
+    (PAPER, [("turn @ u[0, :2]", "turn.T @ u[0, :2]")], "moves x by"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu @ np.linalg.solve(np.diag(sigma**2), nu))")], "R in the place of S"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu[1] ** 2 / S[1, 1])")], "only the bearing counts"),
     (PAPER, [("self.d2[-1] < self.gate", "self.d2[-1] > self.gate")], "it is the wrong way round"),
@@ -45,9 +59,5 @@ def test_a_gate_and_what_comes_after_it_are_told_both():
 
 def test_a_heading_that_is_not_wrapped_is_told_beside_another_mistake():
     wrap = "                self.x[:, 2] = wrap(self.x[:, 2])\n"
-    text = " ".join(
-        str(
-            failure(PAPER, [(wrap, ""), ("self.noise.of_step(u[0])[:2] ** 2", "3 * self.noise.of_step(u[0])[:2] ** 2")])
-        ).split()
-    )
-    assert "adds to P acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text
+    text = " ".join(str(failure(PAPER, [(wrap, ""), ("+ np.diag(sigma**2)", "+ 3 * np.diag(sigma**2)")])).split())
+    assert "R, as it stands in S, acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text

@@ -9,9 +9,10 @@ from labkit import team, wrap
 from labkit.geometry import relative
 from labkit.notebook.answers import load_answer
 from labkit.team import TeamNoise, first_metres, initial_pose
+from labkit.team.formation import Rules
 
 SOLUTIONS = Path(__file__).resolve().parents[2] / "solutions"
-ELSEWHERE = {"force": "07_formation"}
+ELSEWHERE = dict.fromkeys(("slot_velocity", "force", "steer", "weigh"), "07_formation")
 ELSEWHERE |= dict.fromkeys(("FastEKF", "ConvertedKF", "AtReading", "Patient", "InvariantEKF"), "08_further")
 
 
@@ -27,6 +28,11 @@ TOLD = TeamNoise()
 def started(log, seed, noise=TOLD, KF="GroupEKF", **options):
     """A filter of the solution's for a log, started near its true poses."""
     return team.started(answer(KF), log, seed, noise, **options)
+
+
+def rules():
+    """The followers' rules, of the solution's functions."""
+    return Rules(answer("slot_velocity"), answer("force"), answer("steer"))
 
 
 def start_errors(scenario, runs, metres=3.3):

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from labkit import make_filter, replay
+from labkit import make_filter, replay, wrap
 from labkit.legged import (
     FuzzyGrid,
     LeggedRobot,
@@ -20,10 +20,12 @@ from labkit.legged import (
     ParticleFilter,
     explore,
     play,
+    plot_cells,
     plot_experiment,
     plot_race,
     race,
     show_beliefs,
+    show_frames,
     show_walk,
 )
 from labkit.legged.beliefplots import BeliefPanel, believed
@@ -158,14 +160,12 @@ def raced(drawn, results):
 @pytest.mark.parametrize("kidnap", [(), 110])
 @pytest.mark.parametrize("count", [1, 3, 10])
 def test_a_race_is_drawn(drawn, kidnap, count):
+    """Each contestant has a row: its median error over time, and when it found the robot again."""
     chosen = results("real", kidnap)[:count]
-    figure, axes = raced(drawn, chosen)
-    told = names(drawn, figure)
-    assert set(list(CONTESTANTS)[:count]) <= set(told)
-    assert len(axes[1].lines) == (count if kidnap else 0) and len(axes[2].lines) == count
-    for line, result in zip(axes[0].lines, chosen):
-        np.testing.assert_array_equal(line.get_ydata(), np.median(result.distance, axis=0))
-    assert len({line.get_color() for line in axes[0].lines[:count]}) == min(count, 8)
+    _, (left, middle, right) = raced(drawn, chosen)
+    assert [label.get_text() for label in left.get_yticklabels()] == list(CONTESTANTS)[:count]
+    np.testing.assert_array_equal(left.images[0].get_array(), [np.median(r.distance, axis=0) for r in chosen])
+    assert len(middle.lines) == (count if kidnap else 0) and len(right.lines) == count
 
 
 @pytest.mark.slow
@@ -185,9 +185,52 @@ def test_each_contestant_of_a_race_has_its_dot_in_the_picture(drawn, preset, slo
 @pytest.mark.slow
 def test_as_many_as_recovered_are_drawn_as_recovered(drawn):
     _, axes = raced(drawn, results())
-    for line, result in zip(axes[1].lines, results()):
-        steps = result.recovered()
-        assert line.get_ydata()[-1] == pytest.approx(100 * np.mean(steps <= 60)) and line.get_xdata()[-1] == 6
+    for line, text, result in zip(axes[1].lines, axes[1].texts, results(), strict=True):
+        found = result.recovered() / 10
+        known = found[np.isfinite(found)]
+        assert text.get_text() == f"{100 * len(known) / len(found):.0f} %"
+        if len(line.get_xdata()):
+            assert line.get_xdata()[0] == pytest.approx(min(np.median(known), 6))
+        else:
+            assert len(known) <= len(found) / 2
+
+
+def test_the_size_of_cells_is_drawn_against_error_and_cost(drawn):
+    chosen = [replace(r, seconds=ms / 1000) for r, ms in zip(race(grids(), [recorded("real", 1, 130)]), (1.6, 0.5))]
+    plot_cells([0.05, 0.4], chosen)
+    error, cost = shown(drawn).axes
+    np.testing.assert_allclose(error.lines[0].get_ydata(), [100 * r.tracking.mean() for r in chosen])
+    np.testing.assert_allclose(cost.lines[0].get_ydata(), [1.6, 0.5])
+    assert list(cost.lines[0].get_xdata()) == [5, 40] and cost.get_ylim()[0] == 0
+
+
+def grids():
+    return {f"{cell}": lambda log, cell=cell: FuzzyGrid(log.noise.told(), cell=cell) for cell in (0.05, 0.4)}
+
+
+def test_both_frames_are_drawn(drawn):
+    show_frames((1.15, 0.55, 0.6), (0.5, 0.3, 0.5), (2.4, 2.4))
+    figure = shown(drawn)
+    assert {"θ", "α", "range ρ", "$u^x$ ahead", "its x: the heading", "the world's x"} <= set(names(drawn, figure))
+
+
+def test_a_legend_names_what_is_there_and_nothing_else(drawn):
+    panel = BeliefPanel(Figure().subplots())
+    grid, particles = believed(FuzzyGrid("real")), believed(ParticleFilter(300, "real", rng=0))
+    labels = {kind: [one.get_label() for one in panel.entries(of)] for kind, of in (("g", [grid]), ("p", [particles]))}
+    assert "headings of the best" in labels["g"] and "particles" not in labels["g"]
+    assert "particles" in labels["p"] and "possible cells" not in labels["p"]
+    assert len(panel.entries([grid, particles])) == 8 and len(panel.entries([believed(ekf(recorded()))])) == 5
+
+
+def test_an_estimate_that_leaves_the_field_is_in_the_picture(drawn):
+    log = recorded("real", 1, 300, 150)
+    show_walk(log, history(log))
+    ax = shown(drawn).axes[0]
+    (estimate,) = [line for line in ax.lines if line.get_label() == "estimate"]
+    x, y = estimate.get_xydata().T
+    assert ax.get_xlim()[0] < x.min() and x.max() < ax.get_xlim()[1] and x.max() > 3.15
+    assert ax.get_ylim()[0] < y.min() and y.max() < ax.get_ylim()[1]
 
 
 @pytest.mark.slow
@@ -202,7 +245,8 @@ def test_the_papers_experiments_are_drawn(drawn, preset):
     off = np.hypot(*(history(log).x - log.truth)[:, :2].T)
     np.testing.assert_allclose(axes[0, 2].lines[0].get_ydata(), 100 * off)
     for ax in axes.flat:
-        assert ax.lines[1].get_ydata()[0] < ax.get_ylim()[1] and max(ax.lines[0].get_ydata()) < ax.get_ylim()[1]
+        assert all(max(line.get_ydata()) < ax.get_ylim()[1] for line in ax.lines)
+    assert all(ax.get_ylim()[1] < 60 for ax in axes[1])  # with the paper's bound in it, the curve would be flat
 
 
 # Sliders
@@ -263,6 +307,8 @@ def test_what_the_picture_says_is_what_the_filter_did():
     sure = h.P[:, :2, :2].trace(axis1=1, axis2=2) < 1
     np.testing.assert_array_equal(walk.estimate.get_xydata()[sure], h.x[sure, :2])
     np.testing.assert_allclose(distance.distance.get_ydata(), np.hypot(*(h.x - log.truth)[:, :2].T).clip(0.005, 8))
+    turned = np.rad2deg(abs(wrap((h.x - log.truth)[:, 2]))).clip(0.1, 200)
+    np.testing.assert_allclose(distance.heading.get_ydata(), turned)  # a scale of its own, in degrees
     assert list(distance.kidnap.get_xdata()[:2]) == [15, 15] and list(surprise.bound.get_ydata()) == [13.8, 13.8]
     assert len(surprise.dots.get_xdata()) > 100 and 0 < len(surprise.find.get_xdata()) < 100
 

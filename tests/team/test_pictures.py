@@ -13,12 +13,12 @@ from labkit import replay
 from labkit.canvas import Canvas
 from labkit.geometry import transform
 from labkit.team import Route, Team, TeamNoise, dead_reckoned, explore, frame_errors, play, plots, widgets as kit
-from labkit.team.formation import WAY, run, triangle
+from labkit.team.formation import WAY, run, three
 
 from helpers.browser import answers, cells
 from helpers.drawings import kept, legible, names, pixels, shown, widgets
 from helpers.reference import ROOT
-from helpers.team_answers import answer, started
+from helpers.team_answers import answer, rules, started
 
 # One filter of figure 6 deserves its warning.
 pytestmark = pytest.mark.filterwarnings("error", "ignore:up to step .* of 800:labkit.team.FrameWarning")
@@ -39,10 +39,10 @@ def brief(monkeypatch):
 
 @cache
 def formation(steps=900, perfect=False):
-    team = triangle(rng=1)
+    team = three(rng=1)
     x0 = team.poses + [[0, 0, 0], [0.1, -0.1, 0.02], [-0.1, 0.1, 0.01]]
     kf = answer("GroupEKF")(x0, np.diag(3 * [1e-12] + 6 * [0.01]), TeamNoise(), inflate=10.0)
-    return run(team, None if perfect else kf, answer("force"), WAY, steps)
+    return run(team, None if perfect else kf, rules(), WAY, steps=steps)
 
 
 def data(ax):
@@ -53,9 +53,8 @@ def test_paths_are_the_logs(drawn):
     log, ax = short(), plt.figure(layout="constrained").subplots()
     believed = dead_reckoned(log)
     plots.draw_paths(ax, log.truth, believed, "a title", what="odometry", true="with a map")
-    ax.legend()
     assert {"a title", *data(ax)} <= set(names(drawn, shown(drawn)))
-    assert [*data(ax)] == ["with a map", *(f"odometry, robot {i}" for i in range(3))]
+    assert [*data(ax)] == ["with a map", "odometry, robot 0", "robot 1, stands", "odometry, robot 2"]
     for i, poses in [(i, poses) for i in range(3) for poses in (log.truth, believed)]:
         for due in (poses[:, i, :2], plots.arrow(poses[-1, i])):
             assert any(np.array_equal(due, line.get_xydata()) for line in ax.lines)
@@ -247,7 +246,7 @@ def test_a_formation_is_played_to_its_end(drawn, most, perfect):
     legible(drawn, *drawn)
     assert {"slots", "believed position"} <= (found := set(names(drawn, *drawn)))
     assert ("3σ ellipse" in found) is not perfect
-    assert kept(box)["text/plain"] == "60 steps of a triangle"
+    assert kept(box)["text/plain"] == "60 steps of a formation"
     slider, image = widgets(box, "IntSlider")[0], widgets(box, "Image")[0]
     frames, steps = [], sorted({*range(0, 61, -(-60 // most)), 60})  # the last one always
     for i, k in [(0, 0), *enumerate(steps)]:

@@ -45,8 +45,8 @@ def symbols(script: Path) -> list[Symbol]:
 
 
 def names(row: Symbol) -> list[str]:
-    """What a row explains: its formulas, one by one, and its names in the code."""
-    formulas = re.findall(r"\$([^$]+)\$", row.symbol)
+    """What a row explains: its formulas, one by one, h(x) as h, and its names in the code."""
+    formulas = [re.sub(r"(?<=\w)\([^)]*\)", "", formula) for formula in re.findall(r"\$([^$]+)\$", row.symbol)]
     parts = [part for formula in formulas for part in re.split(r"[,=]", formula.replace("(", ",").replace(")", ""))]
     return [*dict.fromkeys(part.strip() for part in parts if part.strip()), *re.findall(r"`[^`]+`", row.code)]
 

@@ -3,6 +3,7 @@
 import pytest
 
 from labkit.instructor.authoring import glossary
+from labkit.instructor.authoring.percent import cells
 from labkit.instructor.records import CommandError
 
 from helpers.reference import LABS, ROOT
@@ -40,3 +41,9 @@ def test_a_row_that_is_short_is_told(tmp_path):
     (tmp_path / "01_a.py").write_text(HEAD + "# | $K$ | gain |\n", "utf-8")
     with pytest.raises(CommandError, match="has 2 columns"):
         glossary.symbols(tmp_path / "01_a.py")
+
+
+@pytest.mark.parametrize("lab", LABS)
+def test_each_labs_table_leads_to_the_page(lab):
+    (table,) = (cell for cell in cells(ROOT / "solutions" / f"{lab}.py") if "## Symbols" in cell.source)
+    assert "](../notebooks/glossary.md)" in table.source
