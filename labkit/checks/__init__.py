@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .causes import first_to_mend, used
-from .compare import entire, gap, nearest, recognise
+from .compare import entire, exact, gap, nearest, recognise
 from .feedback import STOPPED, LabError, own_line
 from .hints import evidence, fold, todo
 from .identify import told
@@ -216,7 +216,7 @@ def diagnosis(
     first = failed[0]
     trace, (_, expected) = traces[first["id"]], right[first["id"]]
     known = [n for n in named if first["id"] in n[2]]
-    whole = len(named) == 1 and named[0][1] and named[0][2] == {s["id"] for s in failed}
+    whole = len(named) == 1 and named[0][1] and exact({s["id"] for s in failed}, named[0][0])
     sure = [mistake for mistake, *_ in named if entire({s["id"]: traces[s["id"]] for s in failed}, mistake)]
     found = [] if whole or "probing" not in data else told(data, traces, sure)
     if found and not trace.stop and (found[0].known or found[0].part != "stops"):

@@ -101,3 +101,8 @@ def recognise(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[
 def entire(failed: Mapping[str, Trace], mistake: Mistake) -> bool:
     """Whether all that a known mistake changes came as it does with that mistake; arguments as in `recognise`."""
     return any(set(form) <= set(failed) and all(same(failed[s], form[s]) for s in form) for form in mistake["forms"])
+
+
+def exact(failed: set[str], mistake: Mistake) -> bool:
+    """Whether a known mistake fails in just these scenarios, and what comes of it is stored for all of them."""
+    return any(set(form) == set(failed) and ANY not in form.values() for form in mistake["forms"])

@@ -61,10 +61,15 @@ def _noise(probed):
     pairs = probed.both("noise ")
     values = {id: (a.after - a.P, r.after - r.P) for id, (a, r) in pairs.items()}
     off = _first_off(values)
-    own = [a.fields.get("Q", np.array(np.nan)) for a, _ in pairs.values()]
-    if not off or all(close(came, Q) for (came, _), Q in zip(values.values(), own)):
-        return []  # right, or it follows from self.Q, of which the constructor's finding tells
+    own = {id: a.fields.get("Q", np.array(np.nan)) for id, (a, _) in pairs.items()}
+    if all(close(came, own[id]) for id, (came, _) in values.items()):
+        return []  # it follows from self.Q, of which the constructor's finding tells
     text = f"What `predict` adds to {probed.P}"
+    scaled = {id: (came, own[id]) for id, (came, _) in values.items()}
+    if (how := _how(probed, scaled)) and not all(close(own[id], right) for id, (_, right) in values.items()):
+        return [Finding("Q in predict", f"{text} is not `self.Q`, but acts as that {how}.")]
+    if not off:
+        return []
     return [
         Finding(
             "Q in predict", f"{text} {acts(off[1], off[2], _how(probed, values))}.", [c for c, _ in values.values()]

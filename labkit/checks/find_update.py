@@ -3,11 +3,12 @@
 import numpy as np
 
 from .find_gate import in_gain_only, surprises
-from .find_several import several, stopped
+from .find_several import several
 from .findings import Finding, Probed, acts, close, number_text, trait
-from .gains import OTHER_WAY, explained
-from .line_of_p import covariance
-from .single import Single
+from .gain_words import OTHER_WAY
+from .gains import explained
+from .line_of_p import covariance, hidden
+from .single import STEPS, Single
 from .wraps import far, headings
 
 AFTER_THE_GATE = ("gain", "sign", "estimate", "P", "several")
@@ -39,10 +40,29 @@ def _empty(probed):
 
 
 def _corrections(single):
-    if "one" in single.probed.stops:
-        return [Finding("stops", f"`update` {single.probed.stops['one']}")]
+    stops = _stops(single) if "one" in single.probed.stops else []
     if "one" not in single.pairs:
-        return []
+        return stops
+    found = stops + _of_one(single)
+    return found + several(single, found)
+
+
+def _stops(single):
+    """What ends the update; a matrix (n, n) that has become of an estimate (n,) can be read, and the rest with it."""
+    text = f"`update` {single.probed.stops['one']}"
+    matrix = single.probed.mine["one"].matrix if "one" in single.pairs else ""
+    if not matrix:
+        return [Finding("stops", text)]
+    how = {
+        "column": "a column (n, 1) is added to it",
+        "entries": "`*` multiplies entry by entry, the product of a matrix and a vector is `@`",
+    }
+    text = f"{text[:-1]}: {how[matrix]}."
+    return [Finding(matrix, text, [np.array(1.0)])]
+
+
+def _of_one(single):
+    """The wrong quantities that one landmark at a time shows."""
     x = single.probed.x
     if single.blind:
         still = all(close(a.moved, 0 * a.moved) for a, _ in single.pairs.values())
@@ -52,26 +72,34 @@ def _corrections(single):
             if still
             else f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
         )
-        found = [
-            Finding("estimate", text, [np.array([float(still)] * 3)]),
-            *([] if single.covariances else covariance(single)),
-        ]
-        return found + stopped(single)
+        return [Finding("estimate", text, [np.array([float(still)] * 3)]), *hidden(single)]
     if not single.straight:
-        return _bent(single) + stopped(single)
-    replaced = _replaced(single)
-    found = []
-    if not replaced or single.replaced:
-        found = _expected(single)
-        found += far(single) if not replaced else []
-    found += replaced
+        found = _bent(single)
+        if not all(close(a.gain, r.gain, 2e-2) for a, r in single.tight.values()):
+            return found + hidden(single)
+        found += _expected(single)
+        single.parts = {id: single.right(id) for id in single.steps & single.tight.keys()}
+        return found + ([] if single.covariances else covariance(single))
+    found = _of_estimate(single)
     if not single.gains:
-        found += (
-            _innovation(single) if single.covariances else explained(single, any(f.part == "landmark" for f in found))
-        )
+        found += _innovation(single) if single.covariances else explained(single, any(f.part == "h" for f in found))
     if not single.covariances:
         found += covariance(single)
-    return found + several(single, found)
+    return found
+
+
+def _of_estimate(single):
+    """What is expected, how far innovations are brought home, and whether the correction is added."""
+    replaced = _replaced(single)
+    if replaced and not single.replaced:
+        return replaced
+    found = _expected(single)
+    if found and not replaced:  # where the gain is the same for all P, another reading is as good
+        single.replaced = True
+        if not _expected(single) and "what is expected" in single.probed.fine:
+            return [*far(single), _instead(single)]
+        single.replaced = False
+    return found + far(single) + replaced
 
 
 def _bent(single):
@@ -91,7 +119,7 @@ def _replaced(single):
         return []
     single.replaced = True
     if _steady(single):
-        return [Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.ones(2)])]
+        return [_instead(single)]
     single.replaced = False
     a, r = single.pairs["one"]
     text = f"{x} moves by {number_text(a.moved)}, right is {number_text(r.moved)}"
@@ -99,20 +127,28 @@ def _replaced(single):
     return [Finding("estimate", told, [a.moved])]
 
 
+def _instead(single):
+    x = single.probed.x
+    return Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.ones(2)])
+
+
 def _steady(single):
-    """Whether the innovation that explains the moves is the same for several gains."""
-    ids = [id for id in ("one", "one P", "one R", "one wide") if id in single.pairs]
-    offs = [single.off(id) for id in ids if np.abs(single.pairs[id][0].gain).max() > 1e-3]
-    return all(close(off, offs[0], 2e-2) for off in offs)
+    """Whether one innovation explains the moves by several gains."""
+    answers = [single.pairs[id][0] for id in ("one", "one P", "one R", "one wide") if id in single.pairs]
+    gains = np.vstack([a.gain for a in answers])
+    moves = np.concatenate([a.moved + single.replaced * a.x for a in answers])
+    return close(gains @ np.linalg.lstsq(gains, moves)[0], moves, 2e-2)
 
 
 def _innovation(single):
     """The covariances are right, so H and R are; the estimate follows the measurement in another way."""
     told, x = f"{single.probed.P} comes out right, so H and R are; ", single.probed.x
+    single.parts = {id: single.right(id) for id in STEPS if id in single.pairs}
     ways = {id: np.linalg.pinv(r.gain) @ a.gain for id, (a, r) in single.tight.items()}
     first = ways["one"]
     through = all(close(single.tight[id][1].gain @ way, single.tight[id][0].gain) for id, way in ways.items())
     scales = [way[0, 0] for way in ways.values()]
+    single.way = first if through else np.full(first.shape, np.nan)
     if through and all(close(way, way[0, 0] * np.eye(len(way))) for way in ways.values()):
         how = trait(list(ways.values()), [np.eye(len(first))] * len(ways), single.seconds(ways))
         if how == "the other sign":
@@ -155,12 +191,18 @@ def _expected(single):
     return []
 
 
+def _other(single, came, id, rights):
+    """The probe whose landmark is expected instead, or ''."""
+    others = (one for one in rights if single.name(one) != single.name(id) and close(came, rights[one]))
+    return next(others, "")
+
+
 def _unexpected(single, id, came, rights, wrong):
-    for other in rights:
-        if other != id and close(came[id], rights[other]) and single.name(other) != single.name(id):
-            names = f"What is expected of {single.name(id)} is that of {single.name(other)}"
-            more = [single.probed.mine[id].moved for id in ("two", "three") if id in single.probed.mine]
-            return Finding("landmark", f"{names}: find each in the map by its name.", [*came.values(), *more])
+    single.taken = {one: other for one in rights if (other := _other(single, came[one], one, rights))}
+    if id in single.taken:
+        names = f"What is expected of {single.name(id)} is that of {single.name(single.taken[id])}"
+        more = [single.probed.mine[id].moved for id in ("two", "three") if id in single.probed.mine]
+        return Finding("landmark", f"{names}: find each in the map by its name.", [*came.values(), *more])
     at = f"of {single.name(id)}, from {single.probed.x} = {number_text(single.pairs[id][0].x)},"
     if len(wrong) == 2:
         how = trait(list(came.values()), list(rights.values()))

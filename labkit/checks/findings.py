@@ -34,6 +34,7 @@ class Probed:
     x: str
     P: str
     stops: Mapping[str, str]  # what a probe was ended by, in a sentence
+    known: Mapping[str, list] = field(default_factory=dict)  # by part: the numbers that known mistakes show there
     fine: list[str] = field(default_factory=list)  # what of `update` was found right
 
     def both(self, start: str) -> dict[str, tuple[Answer, Answer]]:

@@ -1,210 +1,216 @@
-"""Which part of a gain is wrong: H, R, S or the gain as a whole, as the answers to probes show them."""
+"""Which part of a gain is wrong: its line, H, R or S, by the simplest reading that explains all answers to probes."""
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .findings import Finding, acts, close, number_text, trait
+from ..geometry import Array
+from .findings import Finding, alike, close
+from .forms import FORMS, Form, covariances
+from .gain_words import OTHER_WAY, missing, noise, rows, times, whole_gain, wrong_line
 from .single import STEPS, Part, Single
 
-OTHER_WAY = (
-    "The correction points the other way: the innovation, H or the sign in the line of the estimate is reversed."
-)
+LIKELY, UNLIKELY = 1.0, 1.3  # what a wrong part costs an explanation: one that a known mistake shows, or another
 
 
-def explained(single: Single, other_landmark: bool = False) -> list[Finding]:
-    """H, R or another part of the gain is wrong: the simplest that explains the gain at every probe.
+@dataclass(frozen=True)
+class Reading:
+    """One explanation of the gains: the parts that they are made of, what is wrong in them, how far that is fetched."""
 
-    other_landmark: whether it is known that another landmark is taken, from which another H follows.
+    form: Form
+    parts: Mapping[str, Part]
+    found: list[Finding]
+    cost: float
+    scale: float = 1.0  # of the correction alone
+    whole: float = 1.0  # of the gain
+    share: float = 1.0  # of H P H' in S
+
+
+def explained(single: Single, h_is_wrong: bool) -> list[Finding]:
+    """The wrong parts of the gain, by the reading that costs least.
+
+    h_is_wrong: whether something else is expected than should be.
     """
-    for look in (_in_S, _in_H, _in_H_with_R):
-        found = look(single, other_landmark)
-        if found is not None:
-            return found
-    return _whole_gain(single)
-
-
-def _in_S(single, other_landmark):
-    """H is right where S, which it then tells, is symmetric at all probes."""
-    parts = {
-        id: Part.of(single.pairs[id][0].gain, single.pairs[id][0].P, single.right(id).H)
-        for id in STEPS
-        if id in single.pairs
-    }
-    if not single.steps <= parts.keys():
-        return None
-    for id, part in parts.items():
-        a = single.pairs[id][0]
-        if not (close(part.S, part.S.T) and close(a.P @ part.H.T @ np.linalg.pinv(part.S), a.gain)):
-            return None
-    known = parts["one"].H @ single.pairs["one"][0].P @ parts["one"].H.T
-    grown = (parts["one P"].S - parts["one"].S) / 2
-    found = []
-    if close(grown, -known) or close(parts["one"].S - grown, -single.right("one").R):
-        found, grown = [_other_way()], -grown
-        parts = {
-            id: Part(part.H, -part.S - part.H @ single.pairs[id][0].P @ part.H.T, -part.S) for id, part in parts.items()
-        }
-        single.scale = -1.0
-    single.parts = parts
-    if close(grown, known):
+    readings = [
+        reading
+        for form in FORMS
+        for H, cost in _candidates(single, form)
+        for reading in (*_readings(single, form, H, cost + _cost(single, form)), *_direct(single, form, H, cost))
+    ]
+    if not readings:
+        return whole_gain(single)
+    best = min(readings, key=lambda reading: reading.cost + LIKELY * (not _has_its_P(single, reading)))
+    single.parts, single.form = best.parts, best.form
+    single.scale, single.whole, single.share = best.scale, best.whole, best.share
+    if not any(finding.part in ("H", "landmark") for finding in best.found) and not h_is_wrong:
         single.probed.fine.append("H")
-        return [*found, *noise(single)]
-    if close(parts["one scaled"].S, 3 * parts["one"].S):
-        share = float(np.sum(grown * known) / np.sum(known**2))
-        if close(grown, share * known):
-            return [*found, *_share(single, parts, share, known)]
-    single.parts = {}
-    return _not_inverted(single, parts, known)
+    return best.found
 
 
-def _not_inverted(single, parts, known):
-    """The gain is P H' S: R is what is left of this S."""
-    S = {id: np.linalg.pinv(part.S) for id, part in parts.items()}
-    if not close((S["one P"] - S["one"]) / 2, known):
-        return None
-    single.parts = {id: Part(p.H, S[id] - p.H @ single.pairs[id][0].P @ p.H.T, S[id]) for id, p in parts.items()}
-    single.inverted = False
-    return [*noise(single), Finding("gain", "S is not inverted in the gain: K = P H' S^-1.", [np.array(-1.0)])]
+def _cost(single, form):
+    """What another line of the gain costs; one that is transposed stops with several landmarks in view."""
+    return (LIKELY - 0.05 * (form.flips and "two" in single.probed.stops)) if form.text else 0.0
 
 
-def _share(single, parts, share, known):
-    """H P H', of which `known` is right, stands in S so many times."""
-    rest = {id: part.S - share * part.H @ single.pairs[id][0].P @ part.H.T for id, part in parts.items()}
-    if all(close(R, share * single.right(id).R, 1e-2) for id, R in rest.items()):  # so does R
-        single.parts = {id: replace(single.right(id), S=part.S) for id, part in parts.items()}
-        single.whole = 1 / share
-        text = f"The gain acts as {1 / share:.3g} times what it should be (or S as {share:.3g} times)."
-        return [Finding("gain", text, [np.array(1 / share)])]
-    single.parts = {id: Part(part.H, rest[id], part.S) for id, part in parts.items()}
-    came = share * known
-    text = f"The part of S that comes from the estimate, H P H', {acts(came, known, trait([came], [known]))}."
-    value = [came, single.pairs["one"][0].after][: 1 + close(came, 0 * came)]  # or it is in the gain only
-    return [Finding("H P H'", text, value), *noise(single)]
+def _has_its_P(single, reading):
+    """Whether the covariances after follow from the parts that were read."""
+    for id, part in reading.parts.items():
+        a, _ = single.pairs[id]
+        gains = (a.gain / reading.scale, FORMS[0].gain(a.P, part.H, part.S))
+        if not any(close(a.after, way) for K in gains for way in covariances(a.P, K, part.H, part.R, part.S)):
+            return False
+    return True
 
 
-def _other_way():
-    return Finding("sign", OTHER_WAY, [np.array(-1.0)])
+def _direct(single, form, H, cost):
+    """Readings of gains with the right R and this H, which may be of a lower rank than S can be read with."""
+    cost += _cost(single, form)
+    for share in (1.0, 0.0):
+        parts, factors = {}, []
+        for id in (id for id in STEPS if id in single.pairs):
+            a, h, R = single.pairs[id][0], H["other" if id == "other" else "one"], single.right(id).R
+            parts[id] = Part(h, R, share * h @ a.P @ h.T + R)
+            due = form.gain(a.P, h, parts[id].S)
+            factors.append(float(np.sum(due * a.gain) / np.sum(due**2)))
+            if not close(a.gain, factors[-1] * due, 1e-2):
+                break
+        else:
+            yield from _by_one_factor(single, form, H, parts, factors, share, cost)
 
 
-def noise(single: Single) -> list[Finding]:
-    """What stands for R, by the parts that were read."""
-    R = {id: part.R for id, part in single.parts.items()}
-    rights = {id: single.right(id).R for id in R}
-    off = [id for id in R if not close(R[id], rights[id], 1e-2)]
-    if not off:
-        return []
-    value = [R[id] for id in ("one", "one dt", "one R", "partial") if id in R]
-    if close(R["one R"], R["one"], 1e-2):
-        nothing = np.abs(R["one"]).max() < 1e-3 * np.abs(rights["one"]).max()
-        text = (
-            "R is missing in S: H P H' stands there alone."
-            if nothing
-            else f"`self.R` has no effect: in its place stands {number_text(R['one'])}."
-        )
-        return [Finding("R", f"In `update`, {text}", value)]
-    ids = [id for id in ("one", "one dt", "other") if id in R] if off != ["partial"] else off
-    how = trait([R[id] for id in ids], [rights[id] for id in ids], single.seconds(ids))
-    where = ", for what is cut off" if off == ["partial"] else ""
-    return [Finding("R", f"R, as it stands in S{where}, {acts(R[off[0]], rights[off[0]], how)}.", value)]
+def _by_one_factor(single, form, H, parts, factors, share, cost):
+    f = factors[0]
+    found = [*wrong_line(form), *rows(single, H)]
+    if share == 0:
+        found, cost = [*found, missing(single, parts, 0.0)], cost + LIKELY
+    if close(factors, np.ones(len(factors)), 1e-2):
+        yield Reading(form, parts, found, cost, share=share)
+    elif abs(f) > 1e-6 and close(factors, np.full(len(factors), f), 1e-2):
+        alone = _moves_alone(single, parts, dict.fromkeys(parts, f))
+        scale = f if alone else 1.0
+        yield Reading(form, parts, [times(single, f, alone), *found], cost + LIKELY, scale, f / scale, share)
 
 
-def _in_H(single, other_landmark):
-    """H as a far larger P shows it, if the R that it leaves is one at all probes."""
-    if not {"one wide", "other wide"} <= single.pairs.keys():
-        return None
-    H = {name: np.linalg.pinv(single.pairs[f"{name} wide"][0].gain) for name in ("one", "other")}
-    if any(np.abs(h).max() > 1e5 or np.linalg.matrix_rank(h, 1e-6) < len(h) for h in H.values()):
-        return None
-    return _with(single, H, other_landmark)
+def _candidates(single: Single, form: Form) -> Iterator[tuple[dict[str, Array], float]]:
+    """({probe: H}, cost) of what H may be: right, as a known mistake has it, or as extreme probes show it."""
+    names: list[str] = [name for name in ("one", "other") if name in single.pairs]
+    right = {name: single.right(name).H for name in names}
+    yield right, 0.0
+    for value in single.probed.known.get("H", []):
+        if len(value) == len(right) and all(np.shape(H) == right["one"].shape for H in value):
+            yield dict(zip(right, map(np.array, value))), LIKELY
+    if form.text:
+        return
+    for kind in ("wide", "narrow"):  # beside a far larger P, and a far smaller one if R is right
+        if {f"one {kind}", f"other {kind}"} <= single.pairs.keys():
+            H = {name: _extreme(single, name, kind) for name in ("one", "other")}
+            if all(np.abs(h).max() < 1e5 for h in H.values()):
+                yield H, UNLIKELY + 0.1 * (kind == "narrow")
 
 
-def _in_H_with_R(single, other_landmark):
-    """H as a far smaller P shows it, if R is right."""
-    if not {"one narrow", "other narrow"} <= single.pairs.keys():
-        return None
-    H, parts = {}, {}
-    for name in ("one", "other"):
-        a = single.pairs[f"{name} narrow"][0]
-        H[name] = (np.linalg.solve(a.P, a.gain) @ single.right(name).R).T
-        part = Part(H[name], single.right(name).R, H[name] @ single.pairs[name][0].P @ H[name].T + single.right(name).R)
-        if not close(single.pairs[name][0].P @ part.H.T @ np.linalg.pinv(part.S), single.pairs[name][0].gain, 1e-2):
-            return None
-        parts[name] = part
-    for id in set(STEPS) & single.pairs.keys():
-        h, R, P = H["other" if id == "other" else "one"], single.right(id).R, single.pairs[id][0].P
-        parts[id] = Part(h, R, h @ P @ h.T + R)
-    single.parts = parts
-    return _rows(single, H) if not other_landmark else []
+def _extreme(single, name, kind):
+    a, _ = single.pairs[f"{name} {kind}"]
+    return np.linalg.pinv(a.gain) if kind == "wide" else (np.linalg.solve(a.P, a.gain) @ single.right(name).R).T
 
 
-def _with(single, H, other_landmark):
-    parts = {}
-    for id in STEPS:
-        if id in single.pairs:
-            a = single.pairs[id][0]
-            parts[id] = Part.of(a.gain, a.P, H["other" if id == "other" else "one"])
-    R = {id: part.R for id, part in parts.items()}
-    if not single.steps <= R.keys():
-        return None
-    if not all(close(r, r.T, 2e-2) for r in R.values()) or not close(R["one P"], R["one"], 2e-2):
-        return None
-    single.parts = parts
-    rows, other = [] if other_landmark else _rows(single, H), noise(single)
-    factor = _one_factor(single, H)
-    if rows and factor and (other or close(factor, -1)):
-        return _as_correction(single, factor)
-    return [*rows, *other]
-
-
-def _one_factor(single, H):
-    """F where all of H is f times what it should be, or 0."""
-    rights = {name: single.right(name).H for name in H}
-    f = float(np.sum(H["one"] * rights["one"]) / np.sum(rights["one"] ** 2))
-    return f if all(close(h, f * rights[name]) for name, h in H.items()) and abs(f) > 1e-6 else 0.0
-
-
-def _as_correction(single, f):
-    """H and R that are both off, as one factor on the correction and what is then left of R."""
-    seconds = dict(zip(single.parts, single.seconds(single.parts)))
-    power = next((k for k in (-1, 1) if close(f, seconds["one"] ** k)), None)
-    each = {id: f if power is None else dt**power for id, dt in seconds.items()}
-    single.parts = {
-        id: Part(p.H / each[id], p.R / each[id] ** 2, p.S / each[id] ** 2) for id, p in single.parts.items()
-    }
-    single.scale = 1 / f
-    if close(f, -1):
-        return [_other_way(), *noise(single)]
-    much = f"{1 / f:.3g} times as large as it should be (or H {f:.3g} times)"
-    text = f"The correction of {single.probed.x} comes out {much}."
-    return [Finding("estimate", text, [np.array(1 / f)]), *noise(single)]
-
-
-def _rows(single, H):
-    """The rows of H {probe: (m, n)} that are wrong."""
-    rights = {name: single.right(name).H for name in H}
-    name = next((name for name in H if not close(H[name], rights[name])), "one")
-    value = list(H.values())
-    rows = [j for j in range(len(H["one"])) if any(not close(H[one][j], rights[one][j]) for one in H)]
-    if len(rows) == 1:
-        j = rows[0]
-        ranges = [single.expected(name)[0] for name in H] if single.probed.rows[0] == "range" else []
-        how = trait([h[j] for h in H.values()], [r[j] for r in rights.values()], ranges=ranges)
-        fine, off = single.probed.rows[1 - j], single.probed.rows[j]
-        text = f"H: the row of the {fine} is right; that of the {off} {acts(H[name][j], rights[name][j], how)}."
+def _readings(single: Single, form: Form, H: dict[str, Array], cost: float) -> Iterator[Reading]:
+    """The readings of the gains by one form of their line and one H: none where S is then no covariance."""
+    S = {}
+    for id in (id for id in STEPS if id in single.pairs):
+        a, h = single.pairs[id][0], H["other" if id == "other" else "one"]
+        S[id] = form.taken_from(a.P, h, a.gain)
+        fits = np.isfinite(S[id]).all() and close(S[id], S[id].T, 1e-2)
+        if not (fits and close(form.gain(a.P, h, S[id]), a.gain, 1e-2)):
+            return
+    if not single.steps <= S.keys():
+        return
+    known = H["one"] @ single.pairs["one"][0].P @ H["one"].T
+    grown = (S["one P"] - S["one"]) / 2
+    share = float(np.sum(grown * known) / np.sum(known**2))
+    if not close(grown, share * known, 2e-2 if np.abs(share) > 1e-3 else 5e-3):
+        return
+    if abs(share) > 1e-3:
+        yield from _plain(single, form, H, S, share, cost)
+        yield from _scaled(single, form, H, S, share, cost)
+    elif (np.diag(S["one"]) < 0).all():  # the sign, and H P H' is missing
+        sign = [Finding("sign", OTHER_WAY, [np.array(-1.0)])]
+        for one in _plain(single, form, H, {id: -s for id, s in S.items()}, 0.0, cost + LIKELY):
+            yield replace(one, found=sign + one.found, scale=-1.0)
     else:
-        text = f"H {acts(H[name], rights[name], trait(value, list(rights.values())))}."
-    if not rows:
-        single.probed.fine.append("H")
-    return [Finding("H", text, value)] if rows else []
+        yield from _plain(single, form, H, S, 0.0, cost)
 
 
-def _whole_gain(single):
-    a, r = single.pairs["one"]
-    text = f"The gain {acts(a.gain, r.gain, trait([a.gain], [r.gain]))}"
-    if "one scaled" in single.pairs:
-        big = single.pairs["one scaled"][0].gain
-        for power, words in ((2, "S is not inverted"), (-1, "P is missing"), (-2, "P is inverted")):
-            if close(big, 3.0**power * a.gain):
-                text += f": when P and R grow threefold it changes by {3.0**power:.3g}, as it does when {words}"
-    return [Finding("gain", text + ".", [a.gain])]
+def _plain(single, form, H, S, share, cost):
+    """H P H' stands in S so many times, and the rest is R."""
+    parts = _split(single, H, S, dict.fromkeys(S, share))
+    found = [*wrong_line(form), *rows(single, H)]
+    if not close(share, 1, 1e-2):
+        found.append(missing(single, parts, share))
+        cost += LIKELY if share == 0 else UNLIKELY
+    if (rest := _noise_cost(single, parts)) is not None:
+        yield Reading(form, parts, [*found, *noise(single, parts)], cost + rest, share=share)
+
+
+def _scaled(single, form, H, S, share, cost):
+    """The gain or the correction is so many times what it should be."""
+    if close(share, 1, 1e-2):
+        return
+    seconds = dict(zip(S, single.seconds(S)))
+    power = next((k for k in (1, -1) if close(1 / share, seconds["one"] ** k, 1e-2)), 0)
+    for k in {power, 0}:
+        each = {id: 1 / share * (seconds[id] / seconds["one"]) ** k for id in S}
+        parts = _split(single, H, {id: S[id] * each[id] for id in S}, dict.fromkeys(S, 1.0))
+        if (rest := _noise_cost(single, parts)) is None:
+            continue
+        f = 1 / share
+        alone = _moves_alone(single, parts, each)
+        found = [times(single, f, alone), *wrong_line(form), *rows(single, H), *noise(single, parts)]
+        if not (alone or close(f, -1, 1e-2)):
+            parts = {id: replace(part, S=S[id]) for id, part in parts.items()}
+        scale = f if alone or close(f, -1, 1e-2) else 1.0
+        yield Reading(form, parts, found, cost + rest + LIKELY - 0.01 * abs(k), scale, f / scale)
+
+
+def _moves_alone(single, parts, each):
+    """Whether the covariance after follows from a gain that is not scaled, so that only the correction is."""
+    for id in parts:
+        a, part = single.pairs[id][0], parts[id]
+        K = a.gain / each[id]
+        if not any(close(a.after, way) for way in (a.P - K @ part.S @ K.T, a.P - K @ part.H @ a.P)):
+            return False
+    return True
+
+
+def _split(single, H, S, share):
+    parts = {}
+    for id in S:
+        h = H["other" if id == "other" else "one"]
+        parts[id] = Part(h, S[id] - share[id] * h @ single.pairs[id][0].P @ h.T, S[id])
+    return parts
+
+
+def settled(single: Single, parts: Mapping[str, Part]) -> bool:
+    """Whether the rests of S may be an R: the same for all P and landmarks."""
+    R = {id: part.R for id, part in parts.items()}
+    least = np.diag(1e-3 * np.abs(np.diag(parts["one"].S)))  # what nothing at all may come out as
+    alike_R = close(single.right("one").R, single.right("other").R)  # which may depend on the distance
+    if not all(_same(R[id], R["one"], least) for id in ["one P", *["other"] * alike_R]):
+        return False
+    grown = {"one R": (1, 2, 4), "one scaled": (1, 3, 9)}
+    return all(any(_same(R[id], k * R["one"], least) for k in grown[id]) for id in grown.keys() & R.keys())
+
+
+def _noise_cost(single, parts):
+    """What it costs to take the rests of S for R, or None where they are none."""
+    if not settled(single, parts):
+        return None
+    found = noise(single, parts)
+    if not found:
+        return 0.0
+    value = found[0].value
+    return LIKELY if any(alike(value, known) for known in single.probed.known.get("R", [])) else UNLIKELY
+
+
+def _same(a, b, least):
+    return bool((np.abs(a - b) <= 2e-2 * np.abs(b).max() + least.max()).all())

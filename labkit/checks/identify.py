@@ -23,7 +23,10 @@ def probed(probing: Mapping[str, Any], traces: Mapping[str, Trace]) -> Probed:
         if R is not None and own is not None and own.shape == R.shape and not close(own, R):
             right[id] = with_noise(right[id], own)
     x, P = probing["probes"][-1]["look"][:2]
-    return Probed(probes, mine, right, probing["rows"], x, P, stops(probing["probes"], traces))
+    known: dict[str, list] = {}
+    for part, *value in (entry for forms in probing["known"].values() for form in forms for entry in form):
+        known.setdefault(part, []).append(value)
+    return Probed(probes, mine, right, probing["rows"], x, P, stops(probing["probes"], traces), known)
 
 
 def findings(asked: Probed) -> list[Finding]:

@@ -25,7 +25,8 @@ class Answer:
 
     x (n,), P (n, n): the estimate and its covariance before;  moved (n,), after (n, n): how far the estimate moved,
     and its covariance after;  gain (n, m): how the estimate follows the measurement, or (0, 0);  H (m, n): of a right
-    answer;  fields: what else is kept, by name (before, or where the probe says so after).
+    answer;  fields: what else is kept, by name (before, or where the probe says so after);  matrix: 'column' or
+    'entries' where an estimate (n,) has become one by a column added to it or by a product of entries.
     """
 
     x: Array
@@ -35,6 +36,7 @@ class Answer:
     gain: Array = field(default_factory=_none)
     H: Array = field(default_factory=_none)
     fields: Mapping[str, Array] = field(default_factory=dict)
+    matrix: str = ""
 
 
 def expanded(probes: Sequence[Scenario]) -> list[Scenario]:
@@ -106,39 +108,65 @@ def stops(probes: Sequence[Scenario], traces: Mapping[str, Trace]) -> dict[str, 
 
 
 def _answer(probe, traces):
-    ends = _ends(traces.get(_name(probe["id"])), len(probe["look"]))
+    ends = _ends(traces.get(_name(probe["id"])), len(probe["look"]), flat=True)
     if not ends:
         return None
     (x, P, *fields), (x1, P1, *later) = ends
     fields = later if probe.get("after") else fields
+    came = traces[_name(probe["id"])].steps[-1][0]
+    matrix = "" if came.size == x.size else "column" if _by_column(x, came) else "entries"
     moved = (x1 - x).ravel()
     moved[probe.get("angles", [])] = wrap(moved[probe.get("angles", [])])
     gain = []
     for place in range(_measured(probe)):
-        both = [_ends(traces.get(_name(probe["id"], place, sign)), len(probe["look"])) for sign in (1, -1)]
+        both = [_ends(traces.get(_name(probe["id"], place, sign)), len(probe["look"]), flat=True) for sign in (1, -1)]
         if not all(both) or both[0][1][0].shape != x.shape or both[1][1][0].shape != x.shape:
             return None
         gain.append((both[0][1][0] - both[1][1][0]).ravel() / (2 * probe["step"]))
     return Answer(
-        x.ravel(), P, moved, P1, np.array(gain).T if gain else _none(), _none(), dict(zip(probe["look"][2:], fields))
+        x.ravel(),
+        P,
+        moved,
+        P1,
+        np.array(gain).T if gain else _none(),
+        _none(),
+        dict(zip(probe["look"][2:], fields)),
+        matrix,
     )
 
 
-def _ends(trace, looked):
-    """What is looked at before the last call and after it, if these are finite numbers of unchanged shapes."""
+def _ends(trace, looked, flat=False):
+    """What is looked at before the last call and after it, if these are finite numbers of unchanged shapes.
+
+    flat: also where an estimate (n,) has become a matrix, as by a column (n, 1) added to it or by `*` for `@`.
+    """
     if trace is None or trace.stop or not trace.steps or any(len(step) != looked for step in trace.steps):
         return None
     before, after = trace.steps[-2:] if len(trace.steps) > 1 else trace.steps * 2
     if any(isinstance(v, str) or not np.isfinite(v).all() for v in (*before[:2], *after[:2])):
         return None
     x, P = before[:2]
+    if flat and x.ndim == 1 and after[0].ndim == 2 and len(x) in after[0].shape:
+        after = [_row(x, after[0]), *after[1:]]
     fits = x.size and P.shape == (x.size, x.size) and after[0].shape == x.shape and after[1].shape == P.shape
     return (before, after) if fits else None
 
 
+def _row(x, matrix):
+    """What an estimate (n,) would have become, had no matrix come of it: (n,)."""
+    if matrix.size == x.size:
+        return matrix.ravel()
+    moved = matrix - x
+    return x + (moved[:, 0] if _by_column(x, matrix) else moved.sum(axis=1))
+
+
+def _by_column(x, matrix):
+    return np.allclose(matrix - x, (matrix - x)[:, :1], rtol=1e-9, atol=1e-12)
+
+
 def unpacked(stored: Mapping[str, Any]) -> Answer:
     """The Answer of what `labkit build` stores of one: its arrays, by their names."""
-    arrays = {name: np.array(part, dtype=float) for name, part in stored.items() if name != "fields"}
+    arrays: dict[str, Any] = {name: np.array(part, dtype=float) for name, part in stored.items() if name != "fields"}
     return Answer(**arrays, fields={name: np.array(part, dtype=float) for name, part in stored["fields"].items()})
 
 

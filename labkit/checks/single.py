@@ -1,12 +1,13 @@
 """A student's answers to probes with one landmark or reading in view, beside the right ones."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..geometry import Array, wrap
 from .findings import Probed, close
+from .forms import FORMS, Form
 from .probing import Answer
 
 STEPS = ("one", "one P", "one R", "one scaled", "one dt", "partial", "other")  # whose gains tell of H, R and S
@@ -26,10 +27,6 @@ class Part:
         """What a gain (n, m) must be made of, if it is P H' S^-1 with this P (n, n) and H (m, n)."""
         S = np.linalg.pinv(gain) @ P @ H.T
         return cls(H, S - H @ P @ H.T, S)
-
-    def share(self, P: Array) -> float:
-        """How many times H P H', with this P (n, n) of the right answer, stands in S."""
-        return float(np.trace(self.S - self.R) / np.trace(self.H @ P @ self.H.T))
 
 
 class Single:
@@ -51,10 +48,13 @@ class Single:
         self.straight = all(close(one, other, 2e-2) for one, other in columns)
         self.replaced = False  # whether the correction stands in the place of the estimate
         self.steps = {id for id in STEPS if id in probed.right}
+        self.taken: dict[str, str] = {}  # {probe: one that shows the landmark which is taken there instead}
         self.scale = 1.0  # of the correction, where that alone is larger than the gain
         self.whole = 1.0  # of the gain, where that is larger than its parts
-        self.inverted = True  # whether S is inverted in the gain
-        self.parts: dict[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
+        self.share = 1.0  # of H P H' in S
+        self.way = np.eye(2)  # what the innovation goes through
+        self.form: Form = FORMS[0]  # of the gain's line
+        self.parts: Mapping[str, Part] = {id: self.right(id) for id in STEPS if id in self.pairs} if self.gains else {}
 
     def _without_what_a_gate_left_out(self):
         """Of a filter that was told a gate: it may keep another one."""
@@ -64,9 +64,12 @@ class Single:
                 del self.pairs[id]
 
     def right(self, id: str) -> Part:
-        """H, R and S of the right answer to one of STEPS."""
+        """H, R and S of the right answer to one of STEPS: where another landmark is taken, that has another H."""
         answer = self.probed.right[id]
-        return Part.of(answer.gain, answer.P, answer.H)
+        part = Part.of(answer.gain, answer.P, answer.H)
+        taken = self.taken.get("other" if id == "other" else "one")
+        H = self.probed.right[taken].H if taken else part.H
+        return Part(H, part.R, H @ answer.P @ H.T + part.R)
 
     def seconds(self, ids: Iterable[str]) -> list[float]:
         """The length of a step dt at these probes."""

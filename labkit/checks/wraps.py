@@ -17,7 +17,7 @@ def far(single: Single) -> list[Finding]:
         right = single.turned(near + single.seen(id) - seen)
         angles = np.abs(right[np.array(single.probed.rows) == "bearing"])
         if not (angles > np.pi - 0.02).any():
-            pairs.append((inverse @ a.moved, right))
+            pairs.append((inverse @ (a.moved + single.replaced * a.x), right))
     for came, right in pairs:
         for j, row in enumerate(single.probed.rows):
             if abs(came[j] - right[j]) > 0.03 + 0.02 * np.abs(right).max():

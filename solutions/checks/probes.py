@@ -15,6 +15,7 @@ GATES = [
     *((40.0, off) for off in ((0.0, 0.9), (2.0, 0), (3.6, 0), (0, 2))),
 ]
 OFF = (0.03, 0.02)  # so that what depends on the sign of an innovation does not stand on its edge
+LITTLE = (3e-3, 2e-3)  # the same, so little that H is the same from the measurement
 
 
 XY_MAP = [[0, 1.9, 0.9], [1, -1.2, 0.8], [2, 0.4, -2.0], [3, -1.6, -1.4]]
@@ -43,7 +44,7 @@ def probing(sensor, R, map):
         start = {} if id.startswith("made") else {"begin": {"xk_k": x0, "Pk_k": P0}}
         return {"id": id, "make": make, "calls": list(calls), "look": [*STATE, "Q", "R"], **start, **more}
 
-    def update(id, *ids, off=OFF, step=1e-3, **more):
+    def update(id, *ids, off=LITTLE, step=1e-3, **more):
         """An update with these landmarks; off: how far the last one's measurement is from what is expected."""
         seen = [[name, *expected(sensor, X0, places[name])] for name in ids]
         seen[-1][1:] = [float(v) for v in np.add(seen[-1][1:], off)]
@@ -75,7 +76,7 @@ def probing(sensor, R, map):
         update("three", third, first, second, off=(0, 0)),
         update("near", second, **loose),
         update("bent", second, off=(0.5, 0.4), **loose),
-        *([update("two far", first, second, off=(0, TURN - 0.05), step=0)] if far else []),
+        *([update("two far", second, first, off=(0, TURN - 0.05), step=0)] if far else []),
         *(update(f"far {n}", second, off=off, step=0, **loose) for n, off in enumerate(far)),
     ]
     return {"rows": ["dx", "dy"] if sensor == "xy" else ["range", "bearing"], "probes": probes}

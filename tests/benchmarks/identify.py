@@ -90,7 +90,8 @@ def pairs(check, source, most, show):
     todo = list(itertools.combinations(forms, 2))
     random.Random(1).shuffle(todo)
     counts = [0, 0, 0, 0]
-    alone = {one: said(check, build(source, form, check.subject)) for one, form in forms.items()}
+    data = stored(check.name)
+    alone = {one: seen(data, build(source, form, check.subject)) for one, form in forms.items()}
     for a, b in todo:
         form = both(forms[a], forms[b]) if a[0] != b[0] else None
         if form is None or counts[0] >= most:
@@ -103,12 +104,15 @@ def pairs(check, source, most, show):
         if not text:
             print("  ACCEPTED", a, b)
             continue
-        if text in (alone[a], alone[b]) and _same(
-            check, subject, build(source, forms[a if text == alone[a] else b], check.subject)
-        ):
+        came = seen(data, subject)
+        if came and any(_same(came, alone[one]) for one in (a, b)):
             continue  # one of the two has no effect beside the other
         rest = wrong_parts(check, subject)
-        named = [_is_named(one, text, say, parts, rest) for one in (a, b)]
+        named = [
+            _is_named(one, text, say, parts, rest)
+            or any(f"`{name}`" in _sends(text) for name in lies_in(source, forms[one]))
+            for one in (a, b)
+        ]
         false = _false(text, (a, b), say, parts, rest)
         counts = [counts[0] + 1, counts[1] + all(named), counts[2] + any(named), counts[3] + bool(false)]
         if show and (not all(named) or false):
@@ -116,19 +120,42 @@ def pairs(check, source, most, show):
     return counts
 
 
-def _same(check, one, other):
-    """Whether two filters give the same on all that a check asks."""
-    data = stored(check.name)
+def seen(data, subject):
+    """{id: Trace} of all that a check asks, or {} where it can ask nothing."""
     try:
-        first, second = (observe(data, subject) for subject in (one, other))
+        return observe(data, subject)
     except CheckError:
-        return False
-    return all(gap(first[id], (second[id].steps, second[id].stop and second[id].stop.key)) < 1e-3 for id in first)
+        return {}
+
+
+def _same(first, second):
+    """Whether two filters give the same on all that a check asks, the same error counting as the same."""
+    return bool(second) and all(
+        gap(first[id], (second[id].steps, second[id].stop and second[id].stop.key)) < 1e-3 for id in first
+    )
+
+
+def lies_in(source, form):
+    """The names of the functions in which a mistake lies, or () if it is in the class, too."""
+    if isinstance(form, str):
+        return ()
+    changed = source
+    for old, new in form:
+        changed = changed.replace(old, new)
+    before, after = ({getattr(n, "name", ""): ast.dump(n) for n in ast.parse(text).body} for text in (source, changed))
+    names = {name for name in before if before[name] != after.get(name)}
+    functions = {n.name for n in ast.parse(source).body if isinstance(n, ast.FunctionDef)}
+    return names if names <= functions else ()
+
+
+def _sends(text):
+    """The line that sends to functions with checks of their own, which tell the line."""
+    return text.partition("First mend ")[2].partition(":")[0]
 
 
 def _is_named(one, text, say, parts, rest):
-    own = say[one[0]] in text
-    return own or any(f.part in parts[one] and _in(f.text, text) for f in rest)
+    quantities = _with_family(parts[one])
+    return say[one[0]] in text or any(f.part in quantities and _in(f.text, text) for f in rest)
 
 
 def _in(sentence, text):
@@ -138,11 +165,15 @@ def _in(sentence, text):
 def _false(text, both, say, parts, rest):
     """Sentences that name a known mistake that is none of the two, nor tells the same quantity; or another quantity."""
     allowed = set().union(*(parts[one] for one in both))
-    allowed |= next((family for family in FAMILIES if allowed & family), set())
+    allowed = _with_family(allowed)
     same = {say[one[0]] for one in both}
     others = [id for (id, k), p in parts.items() if say[id] in text and say[id] not in same and not p & allowed]
     quantities = [f.part for f in rest if f.part not in allowed and _in(f.text, text)]
     return sorted({*others, *quantities})
+
+
+def _with_family(parts):
+    return parts | next((family for family in FAMILIES if parts & family), set())
 
 
 FAMILIES = ({"estimate", "gain", "innovation", "sign"},)  # of one line: what the estimate makes of the innovation

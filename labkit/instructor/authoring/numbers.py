@@ -161,7 +161,7 @@ def _pack(trace):
 
 def _answer(answer):
     """A probe's Answer as JSON, with nine digits: differences are taken of them."""
-    parts = {f.name: getattr(answer, f.name) for f in fields(Answer) if f.name != "fields"}
+    parts = {f.name: getattr(answer, f.name) for f in fields(Answer) if f.name not in ("fields", "matrix")}
     stored = {name: _short(part, 9) for name, part in parts.items() if part.size}
     return {**stored, "fields": {name: _short(part, 9) for name, part in answer.fields.items()}}
 
