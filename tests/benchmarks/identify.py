@@ -1,7 +1,10 @@
 """How well the checks of a filter find the wrong line: python tests/benchmarks/identify.py [check ...] [--pairs N].
 
 Single known mistakes, pairs of them that touch different lines, right forms, and mutants of the solution made over
-its syntax tree. A mistake counts as named if its own sentence stands in what is said, or one about its quantity.
+its syntax tree. A mistake counts as named if its own sentence stands in what is said, or one about its quantity, or if
+the function in which it lies is said to be mended first (the check of that tells the line). A pair whose filter does
+on all inputs what one of the two alone does is left out: the other cannot be seen. A sentence is false if it tells of
+a quantity that neither changes; where two cancel in the estimate and only the covariance is off, that is no such one.
 """
 
 import argparse
@@ -113,7 +116,8 @@ def pairs(check, source, most, show):
             or any(f"`{name}`" in _sends(text) for name in lies_in(source, forms[one]))
             for one in (a, b)
         ]
-        false = _false(text, (a, b), say, parts, rest)
+        cancel = {"P"} if {f.part for f in rest} == {"P"} else set()
+        false = _false(text, (a, b), say, parts, rest, cancel)
         counts = [counts[0] + 1, counts[1] + all(named), counts[2] + any(named), counts[3] + bool(false)]
         if show and (not all(named) or false):
             print(f"  {a[0]} + {b[0]}: named {named}, false: {false}\n      {text[:400]}")
@@ -162,13 +166,13 @@ def _in(sentence, text):
     return " ".join(sentence.split())[-60:] in text
 
 
-def _false(text, both, say, parts, rest):
+def _false(text, both, say, parts, rest, cancel):
     """Sentences that name a known mistake that is none of the two, nor tells the same quantity; or another quantity."""
     allowed = set().union(*(parts[one] for one in both))
     allowed = _with_family(allowed)
     same = {say[one[0]] for one in both}
     others = [id for (id, k), p in parts.items() if say[id] in text and say[id] not in same and not p & allowed]
-    quantities = [f.part for f in rest if f.part not in allowed and _in(f.text, text)]
+    quantities = [f.part for f in rest if f.part not in allowed | cancel and _in(f.text, text)]
     return sorted({*others, *quantities})
 
 
