@@ -316,15 +316,13 @@ history, odometry = replay(started(PaperEKF, log, 5), log), dead_reckoned(log)
 fig, axes = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
 draw_paths(axes[0], log.truth, history.x, "figure 3: a cross", loc="upper left")
 errors = [frame_errors(x, log.truth).aligned for x in (odometry, history.x)]
-errors = dict(zip(("odometry", "filter"), errors))
-draw_errors(axes[1], log.times, errors, of="robot 0, aligned,")
+named = dict(zip(("odometry", "filter"), errors))
+draw_errors(axes[1], log.times, named, of="robot 0, aligned,")
 plt.show()
 apart = 100 * np.linalg.norm((odometry - log.truth)[:, 0, :2], axis=1)
 steps = scenarios.passed(log, scenarios.CROSS)
 for name, k, back in zip(("left", "upper", "right", "lower"), steps[::2], steps[1::2]):
-    print(
-        f"{name} tip: odometry {apart[k]:.0f} cm off, back in the centre {apart[back]:.0f} cm"
-    )
+    print(f"{name} tip: {apart[k]:.0f} cm off, then in the centre {apart[back]:.0f} cm")
 reveal("tips", guess)
 
 # %% [markdown]
