@@ -27,7 +27,7 @@
 # | $Q$ | `Q` | (3, 3) | m², rad² | covariance of the odometry of one step |
 # | $\rho, \alpha$ | `y[0].p` | (2,) | m, rad | range and bearing of a landmark (lab 3 called them $r, \beta$); the bearing counts from the robot's *heading* |
 # | | `y[0].complete` | bool | | was the whole landmark in the picture? |
-# | $h(s)$ | `h(x, landmark)` | (2,) | m, rad | range and bearing that are expected from a pose |
+# | $h$ | `h(x, landmark)` | (2,) | m, rad | range and bearing that are expected from a pose |
 # | $\nu$ | `nu` | (2p,) | m, rad | innovation of the p landmarks in view |
 # | $H, R, S, K$ | `H`, `R`, `S`, `K` | | | as in lab 3: derivative of the measurement, its noise, covariance of the innovation, gain |
 # | $d^2$ | `kf.d2` | list | – | $\nu_i^\top S_i^{-1} \nu_i$ of each landmark: the square of how many standard deviations it is off |
