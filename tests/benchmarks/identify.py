@@ -323,7 +323,7 @@ def _hall(name, rng):
     noise = TeamNoise(range=rng.uniform(0.03, 0.1), bearing=rng.uniform(0.01, 0.03))
     team = Team(poses, noise, fov=2 * np.pi, rng=rng, spurious=(-9, -9, 18, 18, 0.15))
     commands = np.column_stack([rng.uniform(0.1, 0.3, n), rng.uniform(-0.5, 0.5, n)])
-    commands[1:] *= name != "team-paper"  # there all but one stand and watch
+    commands[1:] *= name == "team-ekf"  # elsewhere all but one stand and watch
     log = team.record(lambda team: commands, 60)
     sigma = np.tile([0.1, 0.1, 0.02], (n, 1))
     x0 = poses + sigma * rng.standard_normal(sigma.shape)

@@ -32,7 +32,7 @@ UNLISTED = [
         "R, as it stands in S, acts as",
     ),
     (PAPER, [("of_bearing(expected[0])])", "of_bearing(z[0])])")], "changes with what was measured"),
-    (PAPER, [("turn @ u[0, :2]", "turn.T @ u[0, :2]")], "moves x by"),
+    ("team-predict", [("turn @ u[0, :2]", "turn.T @ u[0, :2]")], "moves x by"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu @ np.linalg.solve(np.diag(sigma**2), nu))")], "R in the place of S"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu[1] ** 2 / S[1, 1])")], "only the bearing counts"),
     (PAPER, [("self.d2[-1] < self.gate", "self.d2[-1] > self.gate")], "it is the wrong way round"),
