@@ -4,7 +4,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
-from .in_update import JOSEPH, SHORT, K, P, update_mistakes
+from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 from .probes import XY_MAP, probing
 
@@ -76,6 +76,8 @@ RIGHT = [
     Right("float32", FLOAT32),
     Right("loops and columns", with_update(LOOPS)),
     Right("place in the map", PLACE_IN_MAP),
+    *(Right(id, form) for id, form in FORMS.items()),
+    Right("last first", with_update((ONE + STEP).replace("in y:", "in y[::-1]:")), other=True),
 ]
 
 MISTAKES = [

@@ -10,6 +10,17 @@ TALL = K.removesuffix(".T")
 X = "self.xk_k = self.xk_k + K @ innovation"
 P = "self.Pk_k = self.Pk_k - K @ S @ K.T"
 
+FORMS = {  # of the same filter, right for labs 1 and 3
+    "least squares": [(K, "K = np.linalg.lstsq(S, H @ self.Pk_k, rcond=None)[0].T")],
+    "symmetrised": [(P, P + "\n        self.Pk_k = (self.Pk_k + self.Pk_k.T) / 2")],
+    "floor": [(P, P + " + 1e-12 * np.eye(2)")],
+    "einsum": [(K, "K = np.einsum('ij,kj,kl->il', self.Pk_k, H, np.linalg.inv(S))")],
+    "history": [(X, X + "\n        self.history = getattr(self, 'history', []) + [self.xk_k.copy()]")],
+    "column": [(X, "self.xk_k = (self.xk_k.reshape(2, 1) + K @ innovation.reshape(-1, 1)).ravel()")],
+    "options": [("m, dt=0.25):", "m, dt=0.25, gate=None, verbose=False):")],
+    "kept x0": [("np.array(x0, dtype=float)", "x0")],
+}
+
 
 def update_mistakes(blocks, H, H_one, H_beside):
     """blocks: how the solution writes R of all landmarks; H: its Jacobian, and that of one, and side by side."""

@@ -3,7 +3,7 @@
 from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
-from .in_update import JOSEPH, SHORT, K, P, update_mistakes
+from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
 from .probes import RB_MAP, probing
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
@@ -116,6 +116,11 @@ RIGHT = [
     Right("math", MATH),
     Right("positive bearings", [("np.arctan2(dy, dx)", "np.arctan2(dy, dx) % (2 * np.pi)")]),
     Right("loops", with_update(LOOPS)),
+    *(Right(id, form) for id, form in FORMS.items()),
+    Right("last first", with_update((ONE + STEP).replace("in y:", "in y[::-1]:")), other=True),
+    Right(
+        "nearest first", with_update((ONE + STEP).replace("in y:", "in sorted(y, key=lambda lm: lm.p[0]):")), other=True
+    ),
     Right(
         "dictionary",
         [

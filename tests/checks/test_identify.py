@@ -101,3 +101,36 @@ def test_a_scaled_gain_is_told_as_that_and_nothing_else(old, new):
     error = failure(LAB1, [(old, new)])
     assert "the gain acts as 0.5 times what it should be (or S as 2 times)" in error.summary
     assert not any(line.startswith("Also:") for line in error.details)
+
+
+WRAP, ROW = "innovation[1::2] = wrap(innovation[1::2])", "[-dx / r, -dy / r]"
+SEEN_BY_OTHERS = [  # slips of public filters and of students
+    (LAB1, [(GAIN, "K = self.Pk_k @ H.T / S")], "divided by S entry by entry"),
+    (LAB1, [("repeat_R(self.R, p)", "np.diag([0.16, 0.36] * p)")], "`self.R` has no effect"),
+    (LAB3, [(WRAP, "innovation[1::2] = innovation[1::2] % (2 * np.pi)")], "wrapped into [0, 2 pi)"),
+    (
+        LAB3,
+        [(WRAP, "n = innovation[1::2]\n        innovation[1::2] = np.arctan(np.sin(n) / np.cos(n))")],
+        "half a turn",
+    ),
+    (LAB3, [(ROW, "[-dx / (2 * r), -dy / (2 * r)]")], "that of the range acts as"),
+    (LAB3, [(ROW, "[-dx / r, dy / r]")], "that of the range acts as"),
+    (LAB1, [("m[m.index(lm)] - x for lm in y", "m[m.index(lm)].p + x for lm in y")], "landmark plus robot"),
+]
+
+
+@pytest.mark.parametrize("name, form, says", SEEN_BY_OTHERS)
+def test_what_public_filters_do_wrong_is_told(name, form, says):
+    assert says in " ".join(str(failure(name, form)).split())
+
+
+PAIRS = [
+    (LAB1, [(S1, S1.replace("self.R", "2 * self.R")), (GAIN, "K = self.Pk_k @ H.T @ S")], "S is not inverted"),
+    (LAB1, [(S1, S1.replace("self.R", "2 * self.R")), (X, X.replace("@", "*"))], "`*` multiplies"),
+    (LAB3, [(ROWS, ROWS.replace("r**2", "r")), (X, X.replace("K", "2 * K"))], "divided by r: it must be"),
+]
+
+
+@pytest.mark.parametrize("name, form, says", PAIRS)
+def test_two_mistakes_in_one_update_are_told_apart(name, form, says):
+    assert says in " ".join(str(failure(name, form)).split())
