@@ -329,9 +329,10 @@ reveal("tips", guess)
 # Figure 3 grows with each arm: at every turn on the spot the odometry's heading gets a little worse. The filter is better. But does it know how good it is? The NEES of lab 2, divided by the number of dimensions, should be about 1.
 
 # %%
+history = replay(started(PaperEKF, log, 5), log)
 all_but_heading = np.delete(np.arange(3 * log.n), 2)  # the paper has no heading of robot 0
 value = nees_per_dimension(history, log, all_but_heading).mean()
-turned = np.rad2deg(np.abs(wrap((odometry - log.truth)[:, 0, 2])).max())
+turned = np.rad2deg(np.abs(wrap((dead_reckoned(log) - log.truth)[:, 0, 2])).max())
 print(f"NEES per dimension {value:.0f}; the heading is off by up to {turned:.0f}°")
 
 # %% [markdown]
@@ -427,6 +428,8 @@ print(f"with a map: {100 * far:.1f} cm in the mean (as it is)")
 reveal("false-readings", guess)
 
 # %%
+mapped = GroupEKF(with_posts.truth[0], 1e-12 * np.eye(15), noise)
+reference = replay(mapped, with_posts).x[:, :1]
 fig, axes = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 draw_paths(axes[0], team.truth[:, :1], dead_reckoned(team)[:, :1], "figure 4 a", "odometry")
 draw_paths(axes[1], reference, poses["gate 13.8"], "figure 4 b", true="with a map")
