@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 3 · Distances and angles: the extended Kalman filter
 #
-# *About 100 minutes. From lab 1 it uses your `KF`, filled in and saved, and its five lines of the update; from lab 2 the NEES and the NIS.*
+# *About 110 minutes. From lab 1 it uses your `KF`, filled in and saved, and its five lines of the update; from lab 2 the NEES and the NIS.*
 #
 # Hardly any sensor reports "1.2 m to the right and 0.8 m ahead". A laser or a camera reports a **range** (how far) and a **bearing** (in which
 # direction). Now the measurement is no longer a linear function of the position, and the Kalman filter needs one more idea: a straight line in
