@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .causes import first_to_mend, used
-from .compare import entire, exact, gap, nearest, recognise
+from .compare import gap, nearest
+from .diagnosis import diagnosis
 from .feedback import STOPPED, LabError, own_line
-from .hints import evidence, fold, todo
-from .identify import told
+from .hints import fold
 from .probing import ask
 from .source import newest_is_broken, notes_on
 from .trace import Scenario, Trace, run
@@ -206,39 +206,3 @@ def _unsteady(data, before, after):
         f"Your {who} gives another result each time, for the same inputs. Random numbers belong in the robot; "
         f"all that a {who} may depend on is in {place}, not in a global variable."
     )
-
-
-def diagnosis(
-    data: Data, failed: list[Scenario], traces: Mapping[str, Trace], right: Mapping[str, tuple[float, Any]]
-) -> tuple[str, list[str], str]:
-    """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
-    named = recognise({s["id"]: traces[s["id"]] for s in failed}, data["mistakes"])
-    first = failed[0]
-    trace, (_, expected) = traces[first["id"]], right[first["id"]]
-    known = [n for n in named if first["id"] in n[2]]
-    whole = len(named) == 1 and named[0][1] and exact({s["id"] for s in failed}, named[0][0])
-    sure = [mistake for mistake, *_ in named if entire({s["id"]: traces[s["id"]] for s in failed}, mistake)]
-    found = [] if whole or "probing" not in data else told(data, traces, sure)
-    if found and not trace.stop and (found[0].known or found[0].part != "stops"):
-        mistake, others = found[0].known, [f.text for f in found[1:]]
-        summary, lines = evidence(first, trace, expected, found[0].text)
-    else:
-        mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
-        summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
-        others = (
-            [_say(*n[:2]) for n in named if n not in known[:1]]
-            if not found
-            else [f.text for f in found if f.part != "stops"]
-        )
-        others = [other for other in others if other != summary]
-    for s in failed[1:]:
-        stop = traces[s["id"]].stop
-        if stop and stop.kind == "NotImplementedError":
-            others = [other for other in others if "NotImplementedError" not in other]
-            others += [todo(stop)] if todo(stop) != summary else []
-            break
-    return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
-
-
-def _say(mistake, sure):
-    return mistake["say"] if sure else f"Perhaps: {mistake['say']}"

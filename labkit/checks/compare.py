@@ -98,6 +98,11 @@ def recognise(failed: Mapping[str, Trace], mistakes: Sequence[Mistake]) -> list[
     return named
 
 
+def fits(failed: Mapping[str, Trace], form: Mapping[str, Any]) -> bool:
+    """Whether just these scenarios failed, each with what is stored; arguments as in `recognise`."""
+    return set(form) == set(failed) and all(same(failed[s], form[s]) for s in form)
+
+
 def entire(failed: Mapping[str, Trace], mistake: Mistake) -> bool:
     """Whether all that a known mistake changes came as it does with that mistake; arguments as in `recognise`."""
     return any(set(form) <= set(failed) and all(same(failed[s], form[s]) for s in form) for form in mistake["forms"])

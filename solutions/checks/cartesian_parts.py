@@ -5,6 +5,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 from .inputs import X0
 
 LAB = "01_cartesian_ekf"
+XY = ["x", "y"]
 MAP = [[0, 1.5, 2.0], [1, -2.0, 0.5], [2, 3.0, -1.5], [3, -0.5, -2.5], [4, 2.2, 1.1]]
 SEEN = {0: [0.9, 2.95], 1: [-2.2, 1.05], 2: [2.95, -0.95], 3: [-0.6, -1.95], 4: [2.1, 2.1]}  # from about (0.3, -0.5)
 NAMES = [[12, 1.5, 2.0], [3, -2.0, 0.5], [7, 3.0, -1.5], [25, -0.5, -2.5]]  # ids are no places in this list
@@ -167,15 +168,17 @@ REPEAT_MISTAKES = [
 ]
 
 
-def stack_scenario(id, title, map, *seen, **more):
+def stack_scenario(id, title, map, *seen, x=X0, **more):
     landmarks = [[name, *SEEN[i]] for name, i in seen]
-    call = ["stack", {"landmarks": landmarks}, {"map": map}, X0]
+    call = ["stack", {"landmarks": landmarks}, {"map": map}, x]
     return {"id": id, "title": title, "look": ["seen", "expected"], "calls": [call], **more}
 
 
 STACK = [
     stack_scenario("one", "one landmark", MAP, (2, 2)),
     stack_scenario("many", "three landmarks, in another order than in the map", MAP, (4, 4), (0, 0), (3, 3)),
+    stack_scenario("elsewhere", "two landmarks, a robot elsewhere", MAP, (3, 3), (1, 1), x=[-1.3, 0.2]),
+    stack_scenario("third", "two landmarks, another robot", MAP, (2, 2), (4, 4), x=[2.1, -0.4]),
     stack_scenario("names", "landmarks with other names", NAMES, (7, 2), (12, 0), advice=BY_PLACE),
 ]
 REPEAT = [
@@ -204,6 +207,7 @@ CHECKS = [
         STACK,
         [Right("place in the map", PLACE_IN_MAP), Right("lists", [(RETURN, "return list(seen), list(expected)")])],
         EXPECTED_MISTAKES + STACK_MISTAKES,
+        parts={"seen": [XY], "expected": [XY]},
     ),
     Check(
         "cartesian-repeat",
@@ -216,5 +220,6 @@ CHECKS = [
             Right("block_diag", [(KRON, "__import__('scipy.linalg').linalg.block_diag(*[R] * p)")]),
         ],
         REPEAT_MISTAKES,
+        parts={"": [XY, XY]},
     ),
 ]

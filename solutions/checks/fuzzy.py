@@ -263,6 +263,10 @@ SPREAD = [
     spread_case("nearly", "wide, but not yet too wide", NEARLY),
     spread_case("nearly-xy", "a position that is not yet too wide", diagonal(0.11, 0.11, 0.001)),
     spread_case("limits", "other limits: 2 m and 2 rad", diagonal(3.0, 3.0, 0.01), 2.0, 2.0),
+    spread_case("strict", "stricter limits, a position that is too wide", diagonal(0.045, 0.045, 0.01), 0.2, 0.3),
+    spread_case(
+        "strict-heading", "stricter limits, a heading that is too wide", diagonal(0.001, 0.001, 0.1225), 0.2, 0.3
+    ),
     spread_case("tiny", "a covariance that is very narrow", diagonal(0.01, 0.01, 1e-4)),
     spread_case("inside", "other limits, a narrow covariance", diagonal(1.5, 1.5, 3.0), 2.0, 2.0),
 ]
@@ -390,6 +394,11 @@ LOST_MISTAKES = [
         [("np.mean(np.asarray(d2) > bound) >= share", "np.all(np.asarray(d2) > bound)")],
     ),
     Mistake(
+        "last-only",
+        "Only the last of d2 counts here: ask for the share, the number of surprises over that of all sightings.",
+        [("np.mean(np.asarray(d2) > bound) >= share", "d2[-1] > bound")],
+    ),
+    Mistake(
         "mean-of-d2",
         "The mean of d2 is compared with the bound: one huge value would be enough. Count the surprises instead.",
         [("np.mean(np.asarray(d2) > bound) >= share", "np.mean(d2) > bound")],
@@ -428,6 +437,7 @@ CHECKS = [
             ),
         ],
         MEMBERSHIP_MISTAKES,
+        parts={"": "each"},
     ),
     Check(
         "legged-fusion",
@@ -447,6 +457,7 @@ CHECKS = [
             )
         ],
         FUSION_MISTAKES,
+        parts={"": "each"},
     ),
     Check(
         "legged-estimate",
@@ -466,6 +477,7 @@ CHECKS = [
             ),
         ],
         ESTIMATE_MISTAKES,
+        parts={"": [["x", "y", "heading"]]},
     ),
     Check(
         "legged-spread",

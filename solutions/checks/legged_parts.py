@@ -3,6 +3,7 @@
 from labkit.instructor.authoring.spec import Check, Mistake, Right
 
 LAB = "04_legged_robot"
+POSE, RB = ["x", "y", "heading"], ["range", "bearing"]
 FIELD = [
     ["yellow goal", -2.7, 0.0],
     ["blue goal", 2.7, 0.0],
@@ -531,6 +532,7 @@ CHECKS = [
             Right("list", [(LEAD, LEAD.replace("np.array(", "list("))]),
         ],
         MOTION_MISTAKES,
+        parts={"": [POSE]},
     ),
     Check(
         "legged-motion-jacobians",
@@ -540,6 +542,7 @@ CHECKS = [
         JACOBIANS,
         [Right("lists", [("return A, W", "return [A.tolist(), W.tolist()]")])],
         JACOBIANS_MISTAKES,
+        parts={"A": [POSE, POSE], "W": [POSE, ["ahead", "left", "turn"]]},
     ),
     Check(
         "legged-jacobian",
@@ -549,6 +552,7 @@ CHECKS = [
         JACOBIAN,
         [Right("analytic", ANALYTIC), Right("larger step", [("step=1e-5", "step=1e-4")])],
         JACOBIAN_MISTAKES,
+        parts={"": [RB, POSE]},
     ),
     Check(
         "legged-stack",
@@ -558,6 +562,7 @@ CHECKS = [
         STACK,
         [Right("analytic", ANALYTIC), Right("lists", [("np.concatenate(nu),", "[v for pair in nu for v in pair],")])],
         STACK_MISTAKES,
+        parts={"nu": [RB], "H": [RB, POSE], "R": [RB, RB]},
     ),
     Check(
         "legged-predicted",
@@ -570,5 +575,6 @@ CHECKS = [
             Right("list", [(MOVED, MOVED.replace("return ", "return [") + "]")]),
         ],
         PREDICTED_MISTAKES,
+        parts={"x": [POSE], "P": [POSE, POSE]},
     ),
 ]

@@ -47,7 +47,7 @@ NEES_MISTAKES = [
     ),
     Mistake(
         "elementwise",
-        "The result is an array: `*` multiplies entry by entry, the product of vectors and matrices is `@`.",
+        "The result is an array: e stands on both sides of P^-1, and each product is `@` (`*` goes entry by entry).",
         [(SOLVE, "e * np.linalg.inv(P) * e")],
         [(SOLVE, "e * np.linalg.solve(P, e)")],
         [(SOLVE, "np.linalg.inv(P) @ e")],

@@ -5,6 +5,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 from .inputs import X0
 
 LAB = "03_range_bearing_ekf"
+XY, RB = ["x", "y"], ["range", "bearing"]
 # Seen from X0 = (0.4, -0.7): ahead, behind on the left, straight back (bearing 3.1), behind on the right, far, straight up.
 MAP = [[0, 1.5, 2.0], [1, -2.2, 0.9], [2, -2.4, -0.6], [3, -0.5, -2.5], [4, 4.4, 1.3], [5, 0.4, 1.6]]
 
@@ -187,14 +188,16 @@ PLACES = [
     ("behind", "a landmark behind and below", 3),
     ("far", "a landmark far away", 4),
     ("up", "a landmark straight up", 5),
+    ("other", "another robot, a landmark to the right", 3, [-1.6, -0.9]),
+    ("elsewhere", "a robot elsewhere, a landmark to the left", 0, [2.3, 1.2]),
 ]
 
 
 def places(name):
-    def call(i):
-        return [name, X0, {"landmark": MAP[i]}]
+    def call(i, x=X0):
+        return [name, x, {"landmark": MAP[i]}]
 
-    return [{"id": id, "title": title, "look": [""], "calls": [call(i)]} for id, title, i in PLACES]
+    return [{"id": id, "title": title, "look": [""], "calls": [call(*where)]} for id, title, *where in PLACES]
 
 
 CHECKS = [
@@ -210,6 +213,7 @@ CHECKS = [
             Right("positive bearings", [("np.arctan2(dy, dx)", "np.arctan2(dy, dx) % (2 * np.pi)")], other=True),
         ],
         H_MISTAKES,
+        parts={"": [RB]},
     ),
     Check(
         "range-bearing-jacobian",
@@ -223,5 +227,6 @@ CHECKS = [
             Right("float32", [("np.hypot(dx, dy)\n", "np.float32(np.hypot(dx, dy))\n")]),
         ],
         JACOBIAN_MISTAKES,
+        parts={"": [RB, XY]},
     ),
 ]

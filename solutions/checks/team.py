@@ -7,6 +7,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Right
 from .probes import pose_probing, seen_from
 
 LAB, FORMATION, FURTHER = "06_observers", "07_formation", "08_further"
+XY, POSE, RB = ["x", "y"], ["x", "y", "heading"], ["range", "bearing"]
 
 
 def case(id, title, look, name, *args):
@@ -70,6 +71,8 @@ CIRCLES = [
     circles("west", "directions on both sides of 180 degrees", [3.4, 0.2, 2.0], P1=[0.4, 1.2], P2=[0.6, -0.9]),
     circles("slight", "bearings that differ by 3.6 sigma", [0.2, 3.1, -2.3], sigma=0.16),
     circles("doubtful", "a bearing that is 3.6 sigma off", [0.2, 3.1, -2.3], change=(0.0, 0.18), sigma=0.05),
+    circles("enough", "bearings that differ by 4.6 sigma", [0.2, 3.1, -2.3], sigma=0.124),
+    circles("beyond", "a bearing that is 4.7 sigma off", [0.2, 3.1, -2.3], change=(0.0, 0.235), sigma=0.05),
     circles("noisy", "readings with a little noise", [0.2, 3.1, -2.3], change=(0.05, 0.1), sigma=0.05),
     circles("short", "a way of less than a metre", [0.2, 3.1, -2.3], P2=[1.0, 0.1]),
     circles("apart", "circles that do not meet", [0.2, 3.1, -2.3], change=(3.0, 0.0)),
@@ -137,6 +140,11 @@ CIRCLES_MISTAKES = [
         "always-left",
         "Always the point to the left of the way is taken: the difference of the bearings tells which one it is.",
         [("off, o, heading = min(found, key=lambda one: one[0])", "off, o, heading = found[0]\n    off = 0")],
+    ),
+    Mistake(
+        "always-right",
+        "Always the point to the right of the way is taken: the difference of the bearings tells which one it is.",
+        [("off, o, heading = min(found, key=lambda one: one[0])", "off, o, heading = found[1]\n    off = 0")],
     ),
     Mistake(
         "a-sign",
@@ -243,6 +251,11 @@ H_MISTAKES = [
         "from-target",
         "The direction points from the target to the observer: it is the observer that looks, p - o.",
         [("dx, dy = p[:2] - o[:2]", "dx, dy = o[:2] - p[:2]")],
+    ),
+    Mistake(
+        "roles",
+        "Observer and target have changed places: o looks, and p is seen.",
+        [("dx, dy = p[:2] - o[:2]", "o, p = p, o\n    dx, dy = p[:2] - o[:2]")],
     ),
     Mistake(
         "arctan",
@@ -950,6 +963,7 @@ CHECKS = [
             Right("mean", [(SUM, SUM.replace("np.sum(", "np.mean("))]),
         ],
         MEAN_MISTAKES,
+        parts={"": "angle"},
     ),
     Check(
         "team-circles",
@@ -959,6 +973,7 @@ CHECKS = [
         CIRCLES,
         [Right("list", [(PAIR_END, PAIR_END.replace("np.array([o[0], o[1], heading])", "[*o, heading]"))])],
         CIRCLES_MISTAKES,
+        parts={"": [POSE]},
     ),
     Check(
         "team-h",
@@ -968,6 +983,7 @@ CHECKS = [
         H,
         [Right("list", [(SEEN_AT, SEEN_AT.removeprefix("np.array(").removesuffix(")"))])],
         H_MISTAKES,
+        parts={"": [RB]},
     ),
     Check(
         "team-jacobians",
@@ -977,6 +993,7 @@ CHECKS = [
         JACOBIANS,
         [Right("lists", [("return H_o, H_p", "return H_o.tolist(), H_p.tolist()")])],
         JACOBIANS_MISTAKES,
+        parts={"H_o": [RB, POSE], "H_p": [RB, POSE]},
     ),
     Check(
         "team-converted",
@@ -986,6 +1003,7 @@ CHECKS = [
         CONVERTED,
         [Right("times", [(POINT, POINT.replace("/ np.exp(-(sigma**2) / 2)", "* np.exp(sigma**2 / 2)"))])],
         CONVERTED_MISTAKES,
+        parts={"": [XY]},
     ),
     Check(
         "team-velocity",
@@ -995,6 +1013,7 @@ CHECKS = [
         VELOCITY,
         [Right("turned", [(SWING, "rate * (np.array([[0, -1], [1, 0]]) @ arm)")])],
         VELOCITY_MISTAKES,
+        parts={"": [XY]},
     ),
     Check(
         "team-steer",
@@ -1004,6 +1023,7 @@ CHECKS = [
         STEER,
         [Right("norm", [("speed = np.hypot(*velocity)", "speed = np.linalg.norm(velocity)")])],
         STEER_MISTAKES,
+        parts={"": [["speed", "rate"]]},
     ),
     Check(
         "team-weigh",
@@ -1013,6 +1033,7 @@ CHECKS = [
         WEIGH,
         [Right("logs", [(WEIGHED, "np.exp(np.log(w) - np.asarray(misfits) / 2 + np.min(misfits) / 2)")])],
         WEIGH_MISTAKES,
+        parts={"": "each"},
     ),
     Check(
         "team-force",
@@ -1022,6 +1043,7 @@ CHECKS = [
         FORCE,
         [Right("norm", [("np.linalg.norm(me - other)", "np.hypot(*(me - other))")])],
         FORCE_MISTAKES,
+        parts={"": [XY]},
     ),
     Check(
         "team-predict",

@@ -121,9 +121,9 @@ def test_unknown_mistakes_show_numbers_and_a_hint():
     assert "call update([Landmark([2.95, -0.95], id=2)])" in text
     assert "expected xk_k = [0.1235, -0.6634]" in text and "came xk_k = [0.09583, -0.6597]" in text
     assert "What `predict` adds to Pk_k acts as [[0.06," in kf("+ self.Q", "+ 3 * self.Q")
-    assert "times the expected value" in str(failure("cartesian-repeat", [("np.eye(p), R", "np.eye(p), 7 * R")]))
+    assert "(7 times as much)" in str(failure("cartesian-repeat", [("np.eye(p), R", "np.eye(p), 7 * R")]))
     assert "transpose" in str(failure("range-bearing-kf", [("self.Pk_k - K @ S @ K.T", "np.triu(self.Pk_k)")]))
-    assert "Only the spelling differs" in str(failure("mismatch-verdict", [('"overc', '"Overc')]))
+    assert "only the spelling differs" in str(failure("mismatch-verdict", [('"overc', '"Overc')]))
     assert "should be a text" in str(failure("mismatch-verdict", [('"consistent"', "0")]))
     order = failure("cartesian-stack", [("return seen, expected", "return seen[::-1], expected")])
     assert "in another order" in str(order)

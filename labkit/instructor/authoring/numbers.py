@@ -6,6 +6,7 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 
 import json
 from dataclasses import fields, replace
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,9 @@ from ...checks.probing import Answer, answers as answered, expanded
 from ...checks.trace import run
 from .. import files
 from ..records import CommandError
-from . import percent
+from . import pairs, percent
 from .spec import Check, answers, build, definitions
+from .stored import as_text, pack, short
 
 
 def generate(root: Path, verify: bool = True) -> dict[str, dict]:
@@ -31,28 +33,33 @@ def generate(root: Path, verify: bool = True) -> dict[str, dict]:
 def make(check: Check, source: str, verify: bool = True) -> dict:
     """The data of one check: right forms pass, each mistake fails clearly; CommandError otherwise.
 
-    verify: whether mistakes are also held against each other, and run on inputs that are a little other (slow).
+    verify: whether mistakes are also held against each other, run on inputs that are a little other, and two at
+    once (slow).
     """
     scenarios, problems = [dict(s) for s in check.scenarios], []
     traces = _run(check, source, ())
     for s in scenarios:
-        s["right"] = [_pack(traces[s["id"]])]
+        s["right"] = [pack(traces[s["id"]])]
         if traces[s["id"]].stop:
             problems.append(f"the solution stops in '{s['id']}': {traces[s['id']].stop.text}")
     for right in check.right:
         for s, trace in _each(scenarios, _run(check, source, right.form)):
             far = _far(trace, s)
             if right.other and far > 1 and not trace.stop:
-                s["right"].append(_pack(trace))
+                s["right"].append(pack(trace))
             elif far > 0.7 and "advice" not in s:
                 problems.append(f"the right form '{right.id}' is {far:.1f} tolerances off in '{s['id']}'")
     mistakes = [_mistake(check, source, mistake, scenarios, problems, verify) for mistake in check.mistakes]
     problems += _misnamed(mistakes) if verify else ()
     if problems:
         raise CommandError("\n".join(f"{check.name}: {problem}" for problem in problems))
-    data = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind, "scenarios": scenarios}
+    data: dict = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind}
+    if check.kind == "function":
+        data |= {"args": list(signature(build(source, (), check.subject)).parameters), "parts": check.parts or {}}
     kept = [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]
-    return {**data, "mistakes": kept, **_probing(check, source)}
+    data |= {"scenarios": scenarios, "mistakes": kept, **_probing(check, source)}
+    found = pairs.of(check, source, data) if verify and check.kind == "function" else []
+    return data | ({"pairs": found} if found else {})
 
 
 def _probing(check, source):
@@ -72,7 +79,7 @@ def _probing(check, source):
     for mistake in check.mistakes:
         known = [findings(probed(probing, _run(check, source, form, asked))) for form in mistake.forms]
         probing["known"][mistake.id] = [
-            [[f.part, *(_short(np.asarray(v, dtype=float)) for v in f.value)] for f in found]
+            [[f.part, *(short(np.asarray(v, dtype=float)) for v in f.value)] for f in found]
             for found in known
             if found and all(f.value for f in found)
         ]
@@ -124,9 +131,9 @@ def _mistake(check, source, mistake, scenarios, problems, verify):
             if 0.3 < far < 5:
                 problems.append(f"'{mistake.id}' is {far:.1f} tolerances off in '{s['id']}', too close to call")
             elif far >= 5:
-                pack = _pack(trace)
-                steady = all(gap(other[s["id"]], pack) < 0.3 for other in shaken)
-                stored[s["id"]] = pack if steady and _size(trace) < 1e6 else ANY
+                packed = pack(trace)
+                steady = all(gap(other[s["id"]], packed) < 0.3 for other in shaken)
+                stored[s["id"]] = packed if steady and _size(trace) < 1e6 else ANY
         if all(v == ANY for v in stored.values()):
             problems.append(f"the mistake '{mistake.id}' passes")
         elif stored not in forms:
@@ -154,31 +161,11 @@ def _misnamed(mistakes):
                     yield f"'{mistake['id']}' and '{other['id']}' are too alike"
 
 
-def _pack(trace):
-    """A Trace as JSON: [steps, stop], numbers with seven digits, null for not-a-number."""
-    return [[[_short(v) for v in step] for step in trace.steps], trace.stop and trace.stop.key]
-
-
 def _answer(answer):
     """A probe's Answer as JSON, with nine digits: differences are taken of them."""
     parts = {f.name: getattr(answer, f.name) for f in fields(Answer) if f.name not in ("fields", "matrix")}
-    stored = {name: _short(part, 9) for name, part in parts.items() if part.size}
-    return {**stored, "fields": {name: _short(part, 9) for name, part in answer.fields.items()}}
-
-
-def _short(value, digits=7):
-    if isinstance(value, str):
-        return value
-    # What is zero but for rounding comes out differently on another processor.
-    size = np.abs(value[np.isfinite(value)]).max(initial=0.0)
-    value = np.where(np.abs(value) < max(1e-9 * size, 1e-12), 0.0, value)
-    return _digits(value.tolist(), digits)
-
-
-def _digits(value, digits):
-    if isinstance(value, list):
-        return [_digits(v, digits) for v in value]
-    return None if np.isnan(value) else float(f"{value:.{digits}g}")
+    stored = {name: short(part, 9) for name, part in parts.items() if part.size}
+    return {**stored, "fields": {name: short(part, 9) for name, part in answer.fields.items()}}
 
 
 def _shake(value, k):
@@ -188,33 +175,6 @@ def _shake(value, k):
     if isinstance(value, list):
         return [_shake(v, k + i + 1) for i, v in enumerate(value)]
     return value * (1 + 1e-9 * np.sin(7.0 * k)) if isinstance(value, float) else value
-
-
-def as_text(data: dict) -> str:
-    """JSON with a line for each scenario and each form of a mistake, so that a change shows as a small diff."""
-
-    def line(value):
-        return json.dumps(value, ensure_ascii=False)
-
-    scenarios = ",\n".join(line(s) for s in data["scenarios"])
-    mistakes = ",\n".join(
-        f'{{"id": {line(m["id"])}, "say": {line(m["say"])}, "forms": [\n' + ",\n".join(map(line, m["forms"])) + "]}"
-        for m in data["mistakes"]
-    )
-    head = "".join(f'"{key}": {line(data[key])},\n' for key in ("name", "lab", "subject", "kind"))
-    probing = "".join(f',\n"{key}": {{\n{_lines(data[key])}}}' for key in ("probing",) if key in data)
-    return f'{{{head}"scenarios": [\n{scenarios}\n],\n"mistakes": [\n{mistakes}\n]{probing}}}\n'
-
-
-def _lines(probing):
-    """The probes one a line, and what else belongs to them."""
-    one = json.dumps
-    probes = ",\n".join(one(probe, ensure_ascii=False) for probe in probing["probes"])
-    others = (
-        f'"{key}": {{\n' + ",\n".join(f"{one(id)}: {one(v)}" for id, v in probing[key].items()) + "}"
-        for key in ("right", "known")
-    )
-    return f'"rows": {one(probing["rows"])},\n"probes": [\n{probes}],\n' + ",\n".join(others)
 
 
 def write(root: Path, folder: Path = DATA) -> list[str]:
@@ -232,11 +192,12 @@ def write(root: Path, folder: Path = DATA) -> list[str]:
 
 def stale(root: Path, folder: Path = DATA, verify: bool = True) -> list[str]:
     """Names of the checks whose stored data are not what the solutions give today; verify: as in `make`."""
-    return _unlike(generate(root, verify), folder)
+    return _unlike(generate(root, verify), folder, () if verify else ("pairs",))
 
 
-def _unlike(made, folder):
+def _unlike(made, folder, but=()):
     kept = {p.stem: json.loads(p.read_text(encoding="utf-8")) for p in folder.glob("*.json")}
+    kept = {name: {key: part for key, part in data.items() if key not in but} for name, data in kept.items()}
     return sorted(n for n in made.keys() | kept.keys() if not _alike(made.get(n), kept.get(n)))
 
 

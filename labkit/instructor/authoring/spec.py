@@ -53,6 +53,7 @@ class Check:
     right: list[Right] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
     probing: dict | None = None  # what a filter is asked besides, see labkit.checks.identify
+    parts: dict | None = None  # of a function's outputs, what rows and columns are, see labkit.checks.cells
 
 
 def definitions(root: Path | str) -> list[Check]:
