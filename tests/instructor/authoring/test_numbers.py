@@ -6,10 +6,11 @@ import numpy as np
 
 from labkit.checks.trace import Trace
 from labkit.instructor.authoring import numbers
+from labkit.instructor.authoring.stored import pack
 
 
 def packed(*values):
-    return numbers._pack(Trace([[np.array(value) for value in values]]))[0][0]
+    return pack(Trace([[np.array(value) for value in values]]))[0][0]
 
 
 def test_what_is_zero_but_for_rounding_is_stored_as_zero():
