@@ -204,6 +204,7 @@ def _table(package):
     return import_module(f"labkit.{package}.kinds").KINDS if package else KINDS
 
 
+@cache
 def _has_kinds(package):
     fits = package.isidentifier() and package not in ("checks", "instructor")
     return fits and any(Path(folder, package, "kinds.py").is_file() for folder in sys.modules["labkit"].__path__)

@@ -155,6 +155,7 @@ def work(
                 item.get("reason", ""),
                 item.get("lines", ()),
                 item.get("mistake", ""),
+                item.get("parts", ()),
             )
             continue
         if kind == "lost":

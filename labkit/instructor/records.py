@@ -1,13 +1,26 @@
 """What grading passes from one part to the next."""
 
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 
 import numpy as np
 
-PASSED, FAILED, NOT_RUN, ERROR = "passed", "failed", "not run", "error"
+PASSED, PARTLY, FAILED, NOT_RUN, ERROR = "passed", "partly", "failed", "not run", "error"
 OPEN, BLANK, BY_HAND = "open", "blank", "by hand"
 UNSHUT = "(Marked without a sandbox.)"  # ends the reason of a mark, where it was
+PARTS = {  # of a filter, as its student is told of them
+    "motion": "`predict`: how the estimate moves",
+    "spread": "`predict`: its covariance",
+    "expected": "the expected measurement, and the innovation",
+    "H": "H",
+    "R": "R, and how several measurements are put together",
+    "gain": "the gain, and the new estimate and covariance",
+    "gate": "the gate, and d2",
+    "empty": "nothing in view",
+    "runs": "single steps and whole runs, as this check compares them",
+}
 STUB = "*Write your answer here (double-click to edit).*"  # stands in students' notebooks where a text is to go
 
 
@@ -19,12 +32,22 @@ class HandInError(Exception):
     """A submission that cannot be graded; the text is a sentence that its student understands."""
 
 
+def points_of(most: float, weights: Mapping[str, int], parts: Collection[str]) -> float:
+    """What a check of `most` points gives for these parts of its filter, rounded up to a tenth of a point.
+
+    weights: {part: per cent}.
+    """
+    share = sum(weight for part, weight in weights.items() if part in parts) / 100
+    return min(most, math.ceil(10 * most * share - 1e-6) / 10)
+
+
 @dataclass(frozen=True)
 class Check:
     """One thing that gives points, as the instructor's notebook describes it.
 
     hand: a written question, marked by a person; then question and rubric are its Markdown texts.
     hidden: students never see its source or its inputs; the title is what they are told.
+    parts: of a check of the filter `subject`, {part of PARTS: per cent of the points}, else empty.
     """
 
     id: str
@@ -34,16 +57,19 @@ class Check:
     hidden: bool = False
     question: str = ""
     rubric: str = ""
+    subject: str = ""
+    parts: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Mark:
     """What one check gave; points is None while a written answer waits to be read, or the check to be run.
 
-    status  one of the seven words above; only 'passed' and 'by hand' give points.
+    status  one of the eight words above; only 'passed', 'partly' and 'by hand' give points.
     reason  a sentence for the student, '' when passed.
     lines   more lines for the student (the call, what was expected, what came).
     mistake the known mistake that was recognised, as the sentence that explains it, or ''.
+    parts   of a filter that fails, those that are right all the same, see `PARTS`.
     """
 
     check: str
@@ -53,6 +79,7 @@ class Mark:
     reason: str = ""
     lines: tuple[str, ...] = ()
     mistake: str = ""
+    parts: tuple[str, ...] = ()
 
 
 @dataclass

@@ -1,12 +1,12 @@
 """Lab 1: the Kalman filter with Cartesian measurements."""
 
-from labkit.instructor.authoring.spec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
-from .probes import XY_MAP, probing
+from .probes import WEIGHTS, XY_MAP, drawn, probing
 
 R = [[0.04, 0.02], [0.02, 0.09]]
 BLOCKS, H = "repeat_R(self.R, p)", "np.tile(-np.eye(2), (p, 1))"
@@ -145,5 +145,6 @@ CHECKS = [
         + MISTAKES
         + update_mistakes(BLOCKS, H, "-np.eye(2)", "np.tile(-np.eye(2), (1, p))"),
         probing("xy", R, XY_MAP),
+        divided=Parts(WEIGHTS, drawn("xy", R, XY_MAP)),
     )
 ]

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from labkit.instructor.authoring.spec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 from labkit.geometry import compose
 from labkit.legged import LeggedRobot
 
 from .legged_parts import ANALYTIC, FIELD, JACOBIAN_MISTAKES, LAB, NOISE, STACK_MISTAKES, Y
-from .probes import pose_probing, seen_from
+from .probes import UPDATE, drawn_poses, pose_probing, seen_from
 
 STATE = ["xk_k", "Pk_k", "d2"]
 X0, P0 = [0.4, -0.7, 0.15], [[0.05, 0.01, 0.004], [0.01, 0.03, -0.006], [0.004, -0.006, 0.02]]
@@ -234,21 +234,27 @@ def made(x0, P0, factor, gate):
     return [{"x0": x0, "P0": P0, "m": {"legged.map": FIELD}, "noise": {"legged.noise": noise}}, {"gate": gate}]
 
 
-PROBING = pose_probing(
-    X0,
-    P0,
-    made,
-    lambda x0, id: seen_from(x0, PLACES[id]),
-    lambda id, z: ("legged.sightings", [id, *z, True], 1),
-    ["xk_k", "Pk_k"],
-    [STEP, BACK],
-    ["yellow goal", "pink-yellow", "blue goal", "yellow-pink", "pink-blue"],
-    lambda id, z: ("legged.sightings", [id, *z, False], 1),
-)
+def probing(x0, P0, u):
+    return pose_probing(
+        x0,
+        P0,
+        made,
+        lambda x0, id: seen_from(x0, PLACES[id]),
+        lambda id, z: ("legged.sightings", [id, *z, True], 1),
+        ["xk_k", "Pk_k"],
+        u,
+        ["yellow goal", "pink-yellow", "blue goal", "yellow-pink", "pink-blue"],
+        lambda id, z: ("legged.sightings", [id, *z, False], 1),
+    )
+
+
+BEGIN = X0, P0, [STEP, BACK]
+PROBING = probing(*BEGIN)
 ONE = [{**s, "look": ["xk_k", "Pk_k"]} for s in ALL if s["id"] in ALONE]  # before there are a gate and its d2
 MANY = [s for s in ALL if s["id"] not in ("empty", "one", "partial", "edge")]
 PROBING_ONE = {**PROBING, "probes": [probe for probe in PROBING["probes"] if "after" not in probe]}  # no gate yet
+DIVIDED = Parts(UPDATE, drawn_poses(*BEGIN, probing))
 CHECKS = [
     Check("legged-one", LAB, "EKF", "filter", ONE, RIGHT, PARTS + ONE_MISTAKES, PROBING_ONE),
-    Check("legged-ekf", LAB, "EKF", "filter", MANY, RIGHT, MISTAKES + ONE_MISTAKES, PROBING),
+    Check("legged-ekf", LAB, "EKF", "filter", MANY, RIGHT, MISTAKES + ONE_MISTAKES, PROBING, divided=DIVIDED),
 ]

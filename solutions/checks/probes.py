@@ -5,6 +5,7 @@ import numpy as np
 from .inputs import STATE, Q
 
 X0, P0 = [0.3, -0.4], [[0.5, 0.12], [0.12, 0.3]]
+U = [[0.6, -0.9], [-0.4, 0.3]]
 WIDE = [[1e6, 0.0], [0.0, 1e6]]  # beside which the sensor's noise is nothing
 TINY = [[1e-9, 0.0], [0.0, 1e-9]]
 TURN = 2 * np.pi
@@ -34,24 +35,67 @@ def scaled(matrix, factor):
     return (np.array(matrix) * factor).tolist()
 
 
-def probing(sensor, R, map):
-    """The probes of a filter with two states: a dictionary for the check's data."""
+WEIGHTS = {
+    "motion": 20,
+    "spread": 20,
+    "expected": 10,
+    "H": 10,
+    "R": 10,
+    "gain": 10,
+    "empty": 10,
+    "runs": 10,
+}  # per cent
+GATED = WEIGHTS | {"gate": 5, "runs": 5}
+UPDATE = {"expected": 20, "H": 15, "R": 10, "gain": 15, "gate": 15, "empty": 15, "runs": 10}  # where `predict` is given
+
+
+def near(rng, values, by=0.15):
+    """Each of the values a little larger or smaller, never the same."""
+    values = np.array(values, dtype=float)
+    return values * (1 + rng.choice([-1, 1], values.shape) * rng.uniform(0.03, by, values.shape))
+
+
+def another(rng, P):
+    """Another covariance: as large, with standard deviations and correlations a little different."""
+    P = np.array(P)
+    sigma = np.sqrt(np.diag(P))
+    between = near(rng, np.triu(P / np.outer(sigma, sigma), 1), 0.1)
+    sigma = near(rng, sigma, 0.1)
+    return np.outer(sigma, sigma) * (np.eye(len(P)) + between + between.T)
+
+
+def drawn(sensor, R, map):
+    """A function of a random generator: the same probes with other numbers; landmarks stay in their directions."""
+
+    def draw(rng):
+        x0 = np.add(X0, rng.uniform(-0.5, 0.5, 2))
+        places = [[id, *(x0 + near(rng, 1) * np.subtract(place, X0)).tolist()] for id, *place in map]
+        more = {"x0": x0.tolist(), "u": near(rng, U).tolist(), "dt": float(near(rng, 1))}
+        more |= {name: another(rng, of).tolist() for name, of in (("P0", P0), ("Q", Q))}
+        return probing(sensor, another(rng, R).tolist(), places, **more)
+
+    return draw
+
+
+def probing(sensor, R, map, x0=X0, P0=P0, Q=Q, u=U, dt=1.0):
+    """The probes of a filter with two states: a dictionary for the check's data. u: two of them;  dt: a factor."""
     places = {id: place for id, *place in map}
+    factor = dt
     first, second, third, *_ = places
 
-    def probe(id, *calls, x0=X0, P0=P0, Q=Q, R=R, dt=0.25, **more):
-        make = [{"x0": x0, "P0": P0, "Q": Q, "R": R, "m": {"map": map}}, {"dt": dt}]
+    def probe(id, *calls, P0=P0, Q=Q, R=R, dt=0.25, **more):
+        make = [{"x0": x0, "P0": P0, "Q": Q, "R": R, "m": {"map": map}}, {"dt": factor * dt}]
         start = {} if id.startswith("made") else {"begin": {"xk_k": x0, "Pk_k": P0}}
         return {"id": id, "make": make, "calls": list(calls), "look": [*STATE, "Q", "R"], **start, **more}
 
     def update(id, *ids, off=LITTLE, step=1e-3, **more):
         """An update with these landmarks; off: how far the last one's measurement is from what is expected."""
-        seen = [[name, *expected(sensor, X0, places[name])] for name in ids]
+        seen = [[name, *expected(sensor, x0, places[name])] for name in ids]
         seen[-1][1:] = [float(v) for v in np.add(seen[-1][1:], off)]
         more |= {"step": step, "first": 1} if step else {}
         return probe(id, ["update", {"landmarks": seen}], **more)
 
-    u, back = ["predict", [0.6, -0.9]], ["predict", [-0.4, 0.3]]
+    u, back = (["predict", one] for one in u)
     loose = {"P0": scaled(P0, 4), "R": scaled(R, 400)}  # so that a filter with a gate of its own lets pass what is far
     far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)] if sensor == "rb" else []
     probes = [
@@ -169,6 +213,16 @@ def pose_probing(x0, P0, make, place, shown, look, u, ids, partial=None):
             probe("beyond update", seen((second, OFF), x0=_moved(x0, x=4.2)), x0=_moved(x0, x=4.2)),
         ]
     return {"rows": ["range", "bearing"], "probes": probes}
+
+
+def drawn_poses(x0, P0, u, probes):
+    """A function of a random generator: probes(x0, P0, u) with other numbers near these."""
+
+    def draw(rng):
+        pose = np.add(x0, rng.uniform(-0.15, 0.15, np.shape(x0)))
+        return probes(pose.tolist(), another(rng, P0), near(rng, u).tolist())
+
+    return draw
 
 
 def _moved(x0, heading=None, x=None):

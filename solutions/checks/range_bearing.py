@@ -1,11 +1,11 @@
 """Lab 3: the extended Kalman filter with ranges and bearings."""
 
-from labkit.instructor.authoring.spec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
 from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
-from .probes import RB_MAP, probing
+from .probes import RB_MAP, WEIGHTS, drawn, probing
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
 R = [[0.04, 0.006], [0.006, 0.0076]]
@@ -269,5 +269,6 @@ CHECKS = [
         + MISTAKES
         + update_mistakes(BLOCKS, H, "jacobian(self.xk_k, known[0])", H.replace("vstack", "hstack")),
         probing("rb", R, RB_MAP),
+        divided=Parts(WEIGHTS, drawn("rb", R, RB_MAP)),
     )
 ]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from labkit.instructor.authoring.spec import Check, Mistake, Right
+from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 
-from .probes import pose_probing, seen_from
+from .probes import GATED, drawn_poses, pose_probing, seen_from
 
 LAB, FORMATION, FURTHER = "06_observers", "07_formation", "08_further"
 XY, POSE, RB = ["x", "y"], ["x", "y", "heading"], ["range", "bearing"]
@@ -932,7 +932,7 @@ SLICES = """class GroupEKF(GroupEKF):
 """
 
 
-def team_probing(pairs):
+def team_probing(pairs, x0, P0, u):
     def made(x0, P0, factor, gate):
         noise = {
             name: value * factor if name in ("range", "bearing", "lateral") else value for name, value in NOISE.items()
@@ -940,15 +940,21 @@ def team_probing(pairs):
         return [{"x0": x0, "P0": P0, "noise": {"team.noise": noise}}, {"gate": gate}]
 
     return pose_probing(
-        X0,
-        np.array(P0) + 0.02 * np.diag(np.arange(9)),
+        x0,
+        P0,
         made,
         lambda x0, pair: seen_from(x0[pair[0]], x0[pair[1]]),
         lambda pair, z: ("team.readings", [*pair, *z], 2),
         ["x", "P"],
-        [U, [[-0.2, 0.15, -0.1], [0.1, 0.2, 0.25], [0.4, -0.1, 0.05]]],
+        u,
         pairs,
     )
+
+
+PAIRS = [(1, 0), (2, 0), (1, 2), (0, 2)]
+BEGIN = X0, np.array(P0) + 0.02 * np.diag(np.arange(9)), [U, [[-0.2, 0.15, -0.1], [0.1, 0.2, 0.25], [0.4, -0.1, 0.05]]]
+# `GroupEKF` has the paper's update, and a `predict` of its own.
+DIVIDED = Parts(GATED, drawn_poses(*BEGIN, lambda x0, P0, u: team_probing(PAIRS, x0, P0, u)))
 
 
 CHECKS = [
@@ -1053,7 +1059,7 @@ CHECKS = [
         PREDICT,
         [],
         [mistake for mistake in PAPER_MISTAKES if mistake.id in IN_PREDICT],
-        team_probing(()),
+        team_probing((), *BEGIN),
     ),
     Check(
         "team-reading",
@@ -1063,7 +1069,7 @@ CHECKS = [
         READING,
         [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
         [mistake for mistake in PAPER_MISTAKES if mistake.id not in IN_PREDICT + IN_LOOP],
-        team_probing([(1, 0), (2, 0), (1, 2), (0, 2)]),
+        team_probing(PAIRS, *BEGIN),
     ),
     Check(
         "team-paper",
@@ -1073,6 +1079,17 @@ CHECKS = [
         PAPER,
         [Right("inverse", [(GAIN, "K = self.P @ H.T @ np.linalg.inv(S)")]), Right("joseph", SEQUENCE)],
         [mistake for mistake in PAPER_MISTAKES if mistake.id in IN_LOOP],
+        divided=DIVIDED,
     ),
-    Check("team-ekf", LAB, "GroupEKF", "filter", EKF, [Right("slices", SLICES)], EKF_MISTAKES, team_probing(())),
+    Check(
+        "team-ekf",
+        LAB,
+        "GroupEKF",
+        "filter",
+        EKF,
+        [Right("slices", SLICES)],
+        EKF_MISTAKES,
+        team_probing((), *BEGIN),
+        divided=DIVIDED,
+    ),
 ]

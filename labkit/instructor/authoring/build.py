@@ -5,6 +5,7 @@ compares with; and `notebooks/NN_name.ipynb`, the student's: solutions replaced 
 parts and outputs gone.  The markers are nbgrader's.
 """
 
+import ast
 import os
 import re
 import sys
@@ -21,7 +22,7 @@ from traitlets.config import Config
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
-from . import given, glossary, numbers, percent
+from . import given, glossary, numbers, percent, spec
 
 ROOT = Path(__file__).resolve().parents[3]
 WIDGET = "application/vnd.jupyter.widget-view+json"
@@ -62,6 +63,19 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
     elif not problems:
         print(f"{len(scripts)} labs {'are up to date' if check else 'built'}.")
     return 1 if problems else 0
+
+
+def notebook_of(script: Path) -> NotebookNode:
+    """The notebook in a script; checks of a filter say how their points are divided among its parts."""
+    notebook = percent.notebook(script)
+    checks = spec.definitions(script.parents[1]) if (script.parent / "checks").is_dir() else []
+    parts = {one.subject: one.divided.weights for one in checks if one.lab == script.stem and one.divided}
+    for cell in notebook.cells:
+        if cell.cell_type == "code" and "points" in cell.metadata.get("nbgrader", {}):
+            used = {node.id for node in ast.walk(ast.parse(cell.source)) if isinstance(node, ast.Name)}
+            if divided := {name: of for name, of in parts.items() if name in used}:
+                cell.metadata["parts"] = divided
+    return notebook
 
 
 def student(notebook: NotebookNode) -> NotebookNode:
@@ -125,7 +139,7 @@ def execute(notebook: NotebookNode, folder: Path) -> NotebookNode:
 
 def write(script: Path, run: bool = True) -> None:
     """Write both notebooks of a script. Raises CommandError."""
-    notebook = percent.notebook(script)
+    notebook = notebook_of(script)
     print(f"{script.stem} ...", flush=True)
     _save(student(notebook), _students(script))
     target = script.with_suffix(".ipynb")
@@ -152,7 +166,7 @@ def _keep_outputs(made, target):
 
 def compare(script: Path, run: bool = True) -> list[str]:
     """Sentences about what differs between the built notebooks of a script and what it gives now."""
-    notebook, target = percent.notebook(script), script.with_suffix(".ipynb")
+    notebook, target = notebook_of(script), script.with_suffix(".ipynb")
     problems = _drift(_students(script), student(notebook), script) + _drift(target, teacher(notebook), script)
     if problems or not run:  # run with the answers of another notebook, the exam's cells would tell nothing
         return problems

@@ -5,7 +5,7 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 """
 
 import json
-from dataclasses import fields, replace
+from dataclasses import fields
 from inspect import signature
 from pathlib import Path
 
@@ -14,11 +14,12 @@ import numpy as np
 from ...checks import DATA
 from ...checks.compare import ANY, gap, nearest, recognise
 from ...checks.identify import findings, probed
-from ...checks.probing import Answer, answers as answered, expanded
+from ...checks.probing import Answer, expanded
 from ...checks.trace import run
 from .. import files
 from ..records import CommandError
 from . import pairs, percent
+from .rights import rights
 from .spec import Check, answers, build, definitions
 from .stored import as_text, pack, short
 
@@ -67,10 +68,7 @@ def _probing(check, source):
     if not check.probing:
         return {}
     asked = expanded(check.probing["probes"])
-    right = answered(check.probing["probes"], _run(check, source, (), asked))
-    for probe in check.probing["probes"]:
-        if "step" in probe:
-            right[probe["id"]] = replace(right[probe["id"]], H=_jacobian(check, source, probe))
+    right = rights(build(source, (), check.subject), check.kind, check.probing["probes"])
     probing = {**check.probing, "right": {id: _answer(answer) for id, answer in right.items()}, "known": {}}
     for form in (right.form for right in check.right):
         found = findings(probed(probing, _run(check, source, form, asked)))
@@ -84,22 +82,6 @@ def _probing(check, source):
             if found and all(f.value for f in found)
         ]
     return {"probing": probing}
-
-
-def _jacobian(check, source, probe):
-    """H (m, n) of a probe: beside a very large covariance, K is its inverse; one landmark or reading at a time."""
-    given, options = probe["make"]
-    size = len(np.ravel(given["x0"]))
-    wide = (1e6 * np.eye(size)).tolist()
-    *before, (method, shown) = probe["calls"]
-    ((kind, entries),) = shown.items()
-    H = []
-    for entry in entries:
-        single = {**probe, "make": [{**given, "P0": wide}, options], "calls": [*before, [method, {kind: [entry]}]]}
-        single |= {"begin": {name: wide if name in ("Pk_k", "P") else value for name, value in probe["begin"].items()}}
-        (answer,) = answered([single], _run(check, source, (), expanded([single]))).values()
-        H.append(np.linalg.pinv(answer.gain))
-    return np.vstack(H)
 
 
 def _run(check, source, form, scenarios=None):

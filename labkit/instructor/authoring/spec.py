@@ -8,10 +8,12 @@ import ast
 import importlib.util
 import re
 import sys
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from ...notebook.read import Cell
 from ..records import CommandError
@@ -42,6 +44,18 @@ class Mistake:
 
 
 @dataclass(frozen=True)
+class Parts:
+    """How the points of all checks of a filter are divided.
+
+    weights: {part: per cent of each check's points}, parts as in `labkit.instructor.records.PARTS`;
+    drawn: from a random generator to other inputs for the probing, by which the right parts are found.
+    """
+
+    weights: dict[str, int]
+    drawn: Callable[[np.random.Generator], dict]
+
+
+@dataclass(frozen=True)
 class Check:
     """A check and all that its data are made from."""
 
@@ -54,6 +68,7 @@ class Check:
     mistakes: list[Mistake] = field(default_factory=list)
     probing: dict | None = None  # what a filter is asked besides, see labkit.checks.identify
     parts: dict | None = None  # of a function's outputs, what rows and columns are, see labkit.checks.cells
+    divided: Parts | None = None  # how the points of all checks of a filter are, if not whole
 
 
 def definitions(root: Path | str) -> list[Check]:

@@ -71,6 +71,7 @@ def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
 
     batch = json.loads((Path(folder) / "batch.json").read_text(encoding="utf-8"))
     points = {check["id"]: check["points"] for check in batch["checks"] if check["points"] is not None}
+    parts = {check["id"]: check["parts"] for check in batch["checks"]}
     arguments = [
         str(Path(folder, "checks.ipynb")),
         "--nbval",
@@ -86,7 +87,7 @@ def grade(folder: str | Path, news: Callable[[dict], None]) -> int:
         os.devnull,
         f"--rootdir={folder}",
     ]
-    return pytest.main(arguments, plugins=[Recorder(folder, points, news)])
+    return pytest.main(arguments, plugins=[Recorder(folder, points, news, parts)])
 
 
 def ready() -> None:

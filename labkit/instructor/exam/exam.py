@@ -50,9 +50,9 @@ class Exam:
         self.lab, self.seed, self.student, self.current = lab, 0, "", ""
         self.place: int | None = None  # which of the draws that `labkit build` found good, None for the student's own
         self.keep: Callable[..., None] = lambda **arrays: None  # where the figure's data go
-        self._definitions = [check for check in definitions(ROOT) if check.lab == lab]
-        forms = [right.form for check in self._definitions for right in check.right if right.other]
-        forms += [form for check in self._definitions for mistake in check.mistakes for form in mistake.forms]
+        self.definitions = [check for check in definitions(ROOT) if check.lab == lab]
+        forms = [right.form for check in self.definitions for right in check.right if right.other]
+        forms += [form for check in self.definitions for mistake in check.mistakes for form in mistake.forms]
         self._source = answers(read(ROOT / "solutions" / f"{lab}.ipynb"), forms)
         self._accepted: dict[str, list] = {}
         self._wrong: dict[str, dict[str, Any]] = {}
@@ -74,7 +74,7 @@ class Exam:
         if name not in self._accepted:
             others = [
                 right.form
-                for check in self._definitions
+                for check in self.definitions
                 if check.subject == name
                 for right in check.right
                 if right.other
@@ -85,7 +85,7 @@ class Exam:
     def forms(self, names: Sequence[str]) -> dict[str, dict[str, Any]]:
         """{name: {'check: mistake 1': form}} of these answers: their known mistakes, in each of their forms."""
         found: dict[str, dict[str, tuple[str, Any]]] = {name: {} for name in names}  # checks have mistakes in common
-        for check in (check for check in self._definitions if check.subject in names):
+        for check in (check for check in self.definitions if check.subject in names):
             for mistake in check.mistakes:
                 for number, form in enumerate(mistake.forms, 1):
                     found[check.subject].setdefault(repr(form), (f"{check.name}: {mistake.id} {number}", form))
@@ -204,7 +204,7 @@ class Exam:
             if student.tainted:
                 student.renew()
             found: dict[str, Any] = {}
-            for check in self._definitions:
+            for check in self.definitions:
                 try:
                     found[check.name] = self._seen(checks.stored(check.name), student.find(check.subject))
                 except (FilterError, CheckError) as error:

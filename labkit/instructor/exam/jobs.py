@@ -15,7 +15,7 @@ from ..sandbox.launch import Sandbox
 from . import batch
 from .paper import Paper
 
-CHECK = ("id", "points", "hidden", "uses", "draws")  # what the kernel knows of a check cell
+CHECK = ("id", "points", "hidden", "uses", "draws", "divided", "parts")  # what the kernel knows of a check cell
 LARGEST = 40  # submissions in a batch: more would cost memory, fewer a kernel start each
 
 

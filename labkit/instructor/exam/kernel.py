@@ -82,10 +82,23 @@ class Batch:
             return
         error = result.error_before_exec or result.error_in_exec
         told = self._told(error) if error else {"status": records.PASSED}
+        if told["status"] == records.FAILED and self.checks[self.check]["parts"]:
+            told |= self._right_parts()
         with open(self.folder / FILE, "a", encoding="utf-8") as file:
             about = {"number": self.number, "check": self.check, "again": self._unsure(error, told["status"])}
             file.write(json.dumps({**about, **told}) + "\n")
         self.check = None
+
+    def _right_parts(self):
+        """What of a filter that failed is right; where the machine cannot find out, the mark waits."""
+        from .parts import of_student  # right answers need it not
+
+        try:
+            return {"parts": of_student(self.exam, self.student.find(self.checks[self.check]["divided"]))}
+        except (*ODD, FilterError):
+            return {}
+        except (NotGradedError, records.CommandError) as error:
+            return {"status": records.ERROR, "reason": f"This was not graded: {error}"[:TEXT], "lines": []}
 
     def _unsure(self, error, status):
         """Whether it may come out otherwise once more: what took too long, or was not the student's doing."""

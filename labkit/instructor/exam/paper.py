@@ -4,8 +4,8 @@ import ast
 import hashlib
 import json
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...notebook.read import Cell, NotebookError, read as read_notebook
@@ -20,7 +20,8 @@ class CheckCell:
     """A cell that every student's code meets: a check, or (without points) the figure's.
 
     printed: what it prints when it passes;  uses: those of the students' names that stand in it;
-    draws: the good ones, see `labkit.instructor.exam.bite`.
+    draws: the good ones, see `labkit.instructor.exam.bite`;  divided: the filter whose `parts` get the points,
+    {part: per cent}, if any.
     """
 
     id: str
@@ -31,6 +32,8 @@ class CheckCell:
     printed: str
     uses: tuple[str, ...]
     draws: tuple[int, ...] = ()
+    divided: str = ""
+    parts: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,11 @@ def _points(cell):
     return float(marks["points"]) if marks.get("grade") else None
 
 
+def _parts(cell):
+    """(the filter, {part: per cent}) of a cell whose points are divided, or ('', {})."""
+    return next(iter(cell.metadata.get("parts", {}).items()), ("", {}))
+
+
 def _is_hidden(cell):
     return "hidden" in cell.tags
 
@@ -121,13 +129,15 @@ def _check_cell(cell, subjects, found):
     names = {node.id for node in ast.walk(ast.parse(cell.source)) if isinstance(node, ast.Name)}
     uses = tuple(name for name in subjects if name in names)
     draws = tuple(found.get("draws", ()))
-    return CheckCell(cell.id, _title(cell), _points(cell), _is_hidden(cell), cell.source, cell.printed, uses, draws)
+    about = cell.id, _title(cell), _points(cell), _is_hidden(cell)
+    return CheckCell(*about, cell.source, cell.printed, uses, draws, *_parts(cell))
 
 
 def _check(cell, book):
     """The Check of a cell with points: a check cell, or the answer to a written question."""
     if cell.code:
-        return Check(cell.id, _title(cell), _points(cell), hidden=_is_hidden(cell))
+        subject, parts = _parts(cell)
+        return Check(cell.id, _title(cell), _points(cell), hidden=_is_hidden(cell), subject=subject, parts=parts)
     rubric = next((other.source for other in book if other.id == cell.id.replace("answer", "rubric")), "")
     return Check(cell.id, _title(cell), _points(cell), True, False, _question(book, cell.id), rubric)
 
@@ -159,5 +169,9 @@ def _question(book: Sequence[Cell], id: str) -> str:
 
 
 def _digest(setup, cells, released):
-    parts = [setup, [(c.id, c.source, c.printed, c.points, c.draws) for c in cells], [c.source for c in released]]
+    parts = [
+        setup,
+        [(c.id, c.source, c.printed, c.points, c.draws, c.parts) for c in cells],
+        [c.source for c in released],
+    ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()

@@ -1,6 +1,7 @@
 """A pytest plugin: what nbval says of each check cell becomes a mark, told as soon as it is known.
 
-Only a clean pass counts.  The reason comes from the kernel's own notes, but never a point.
+Only a clean pass counts whole.  Why a check failed, and which parts of its filter are right all the same, comes from
+the kernel's own notes; what these give does not.
 """
 
 import json
@@ -15,10 +16,18 @@ from .kernel import FILE
 
 
 class Recorder:
-    """folder: the batch's;  news: a function that takes each mark as a dictionary."""
+    """folder: the batch's;  points: {check: its points};  news: a function that takes each mark as a dictionary;
+    parts: {check: {part: per cent}} of those whose points are divided.
+    """
 
-    def __init__(self, folder: str | Path, points: Mapping[str, float], news: Callable[[dict], None]) -> None:
-        self.file, self.points, self.news = Path(folder) / FILE, points, news
+    def __init__(
+        self,
+        folder: str | Path,
+        points: Mapping[str, float],
+        news: Callable[[dict], None],
+        parts: Mapping[str, Mapping[str, int]] | None = None,
+    ) -> None:
+        self.file, self.points, self.news, self.parts = Path(folder) / FILE, points, news, parts or {}
         self.place = 0
 
     @pytest.hookimpl(hookwrapper=True)
@@ -41,11 +50,18 @@ class Recorder:
         if clean and note.get("status") == records.PASSED:
             mark = {"status": records.PASSED, "points": self.points[about["check"]]}
         elif note.get("status") in (records.FAILED, records.NOT_RUN):
-            mark = {**note, "points": 0.0}
+            mark = {**note, **self._divided(about["check"], note)}
         else:
             reason = note.get("reason") or _why(report, note)
             mark = {"status": records.ERROR, "points": 0.0, "reason": reason, "again": True}
         self.news({**mark, "number": about["number"], "check": about["check"]})
+
+    def _divided(self, check, note):
+        """What a check that failed gives for those parts of the filter that are right."""
+        weights = self.parts.get(check, {})
+        right = [part for part in records.PARTS if part in note.get("parts", ()) and part in weights and part != "runs"]
+        points = records.points_of(self.points[check], weights, right)
+        return {"status": records.PARTLY if points else note["status"], "points": points, "parts": right}
 
     def _notes(self):
         try:

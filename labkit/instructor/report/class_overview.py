@@ -8,12 +8,13 @@ from statistics import median
 from typing import NamedTuple
 from urllib.parse import quote
 
-from ..records import BLANK, ERROR, FAILED, NOT_RUN, PASSED, Check, Mark, Result
+from ..records import BLANK, ERROR, FAILED, NOT_RUN, PARTLY, PASSED, Check, Mark, Result
+from .divided import lost
 from .names import labels
 from .pages import LOOKS, render
 from .texts import counted, plain
 
-SIGNS = (PASSED, FAILED, NOT_RUN, ERROR)
+SIGNS = (PASSED, PARTLY, FAILED, NOT_RUN, ERROR)
 LEFT, WIDTH, TALLEST = 10, 700, 110  # of the chart's bars, in units of its drawing
 
 
@@ -55,6 +56,7 @@ class Coded(NamedTuple):
 
     check: Check
     passed: int
+    partly: int
     failed: int
     other: int
     share: float
@@ -102,6 +104,7 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
         levels=sorted(Counter(result.level for result in graded).items(), reverse=True),
         spread=_spread([result for result in graded if not result.ungraded]),
         mistakes=_mistakes(graded, checks),
+        lost=lost(graded, checks),
         coded=[_coded(check, _marks(graded, check)) for check in coded],
         written=[_written(check, _marks(graded, check)) for check in checks if check.hand],
         unfit=[(label, result.problem) for label, result in named if result.problem],
@@ -155,11 +158,12 @@ def _mistakes(graded: Sequence[Result], checks: Sequence[Check]) -> list[Mistake
 
 def _coded(check: Check, marks: Sequence[Mark]) -> Coded:
     count = Counter(mark.status for mark in marks)
-    passed, failed = count[PASSED], count[FAILED]
-    reports = [] if check.hidden else [" ".join(mark.lines) for mark in marks if mark.status == FAILED]
+    passed, partly, failed = count[PASSED], count[PARTLY], count[FAILED]
+    reports = [] if check.hidden else [" ".join(mark.lines) for mark in marks if mark.status in (PARTLY, FAILED)]
     before = Counter(name for report in reports for name in _first_to_mend(report))
     share = passed / len(marks) if marks else 0.0
-    return Coded(check, passed, failed, len(marks) - passed - failed, share, before.most_common())
+    other = len(marks) - passed - partly - failed
+    return Coded(check, passed, partly, failed, other, share, before.most_common())
 
 
 def _first_to_mend(report: str) -> set[str]:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from ...guesses import told
 from ..intake.guesses import PREFIX
 from ..records import NOT_RUN, UNSHUT, Check, Mark, Result
+from .divided import divided
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
 from .texts import final, is_blank, plain
@@ -74,6 +75,7 @@ def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: D
         origin=_origin(result),
         notes=_notes(result),
         entries=_once([_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown]),
+        divided=divided(result, shown),
         picture=_picture(result, drawer),
         guesses=_guesses(result),
     )

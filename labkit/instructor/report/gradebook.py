@@ -159,10 +159,11 @@ class Gradebook:
         reason: str = "",
         lines: Iterable[str] = (),
         mistake: str = "",
+        parts: Iterable[str] = (),
     ) -> None:
         """Commit one mark, its texts cut; the first one counts, should it come twice."""
-        row = (id, check, points, status, *fit(reason, lines, mistake), _now())
-        self.db.execute("INSERT OR IGNORE INTO mark VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
+        row = (id, check, points, status, *fit(reason, lines, mistake), _now(), json.dumps([*parts]))
+        self.db.execute("INSERT OR IGNORE INTO mark VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", row)
 
     def marked(self, id: int) -> set[str]:
         """The checks of a submission that have a mark."""
@@ -219,8 +220,9 @@ class Gradebook:
         return result
 
     def _given(self, id: int) -> dict[str, tuple]:
-        """{check id: (points, status, reason, lines, mistake)} of what was run."""
-        rows = self._all("SELECT chk, points, status, reason, lines, mistake FROM mark WHERE submission = ?", id)
+        """{check id: (points, status, reason, lines, mistake, parts)} of what was run."""
+        query = "SELECT chk, points, status, reason, lines, mistake, parts FROM mark WHERE submission = ?"
+        rows = self._all(query, id)
         return {check: mark for check, *mark in rows}
 
     def _hand(self, *student: str) -> dict[str, tuple]:

@@ -19,8 +19,9 @@ def mark_of(check: Check, given: Mapping[str, tuple], hand: Mapping[str, tuple],
         return Mark(check.id, 0.0 if blank else None, check.points, BLANK if blank else OPEN)
     if check.id not in given:
         return Mark(check.id, None, check.points, NOT_RUN, "Not graded yet.")
-    points, status, reason, lines, mistake = given[check.id]
+    points, status, reason, lines, mistake, parts = given[check.id]
     if result.level == 0:
         reason = f"{reason} {UNSHUT}".strip()
     points = None if status == ERROR else points  # the grader's trouble is no 0 of a student
-    return Mark(check.id, points, check.points, status, reason, tuple(json.loads(lines)), mistake)
+    told = tuple(json.loads(lines)), mistake, tuple(json.loads(parts))
+    return Mark(check.id, points, check.points, status, reason, *told)

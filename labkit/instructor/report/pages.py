@@ -28,6 +28,7 @@ class Look(NamedTuple):
 
 LOOKS = {
     records.PASSED: Look("good", "✓", "passed"),
+    records.PARTLY: Look("bad", "◐", "in part"),
     records.FAILED: Look("bad", "✗", "not passed"),
     records.NOT_RUN: Look("wait", "–", "not run"),
     records.ERROR: Look("wait", "!", "not graded"),

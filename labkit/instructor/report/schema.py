@@ -25,7 +25,7 @@ CREATE TABLE submission (
 CREATE INDEX by_student ON submission (lab, student, identifier);
 CREATE TABLE mark (
     submission INTEGER REFERENCES submission, chk TEXT, points REAL, status TEXT, reason TEXT, lines TEXT,
-    mistake TEXT, at TEXT, PRIMARY KEY (submission, chk));
+    mistake TEXT, at TEXT, parts TEXT, PRIMARY KEY (submission, chk));
 CREATE TABLE hand (
     lab TEXT, student TEXT, identifier TEXT, chk TEXT, points REAL, reason TEXT, answer TEXT, at TEXT,
     PRIMARY KEY (lab, student, identifier, chk));
@@ -73,3 +73,5 @@ def _make(db: sqlite3.Connection, seed: int | None) -> None:
                 db.execute(statement)
             first = {"version": VERSION, "seed": secrets.randbits(62) if seed is None else seed}
             db.executemany("INSERT INTO meta VALUES (?, ?)", [(key, str(value)) for key, value in first.items()])
+        elif "parts" not in [column for _, column, *_ in db.execute("PRAGMA table_info(mark)")]:  # it is an older one
+            db.execute("ALTER TABLE mark ADD COLUMN parts TEXT DEFAULT '[]'")

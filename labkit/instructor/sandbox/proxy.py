@@ -49,6 +49,7 @@ class Student:
         self.problems: list[dict] = []
         self.loaded, self.why_lost = False, ""
         self.tainted = False  # whether this process has seen what its student must not
+        self.parts: dict[str, tuple[list[str], bool]] = {}  # of wrong filters: the right ones, and whether that is sure
         self.public: dict[str, Any] | None = None  # what it said before, on inputs that its student knows
 
     def load(self) -> None:

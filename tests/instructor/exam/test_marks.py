@@ -106,9 +106,10 @@ def test_in_sandbox_kernel_and_nbval_right_is_right_and_wrong_is_wrong(lab, mark
     for name in ("right", "again"):
         assert {check: mark["status"] for check, mark in found[name].items() if mark["status"] != PASSED} == {}
         assert sum(m["points"] for m in found[name].values()) == sum(c.points for c in sheet.checks if not c.hand)
-    assert {mark["status"] for mark in found["wrong"].values()} <= {"passed", "failed", "not run"}
+    assert {mark["status"] for mark in found["wrong"].values()} <= {"passed", "partly", "failed", "not run"}
     wrong = [mark for mark in found["wrong"].values() if mark["status"] != PASSED]
-    assert wrong and all(mark["points"] == 0 and mark["reason"] for mark in wrong)
+    assert wrong and all(mark["reason"] for mark in wrong)
+    assert all((mark["points"] > 0) == (mark["status"] == "partly") for mark in wrong)
 
 
 @pytest.mark.parametrize("lab", GRADED)
@@ -217,7 +218,9 @@ CHANGES = [
 def test_only_a_clean_pass_counts(marks):
     sheet = paper.read(LABS[0])
     cells = {cell.id: cell for cell in sheet.cells}
-    made = [dataclasses.replace(cells["grade-many"], id=f"case {n}", **of) for n, (of, _) in enumerate(CHANGES)]
+    made = [
+        dataclasses.replace(cells["grade-many"], id=f"case {n}", parts={}, **of) for n, (of, _) in enumerate(CHANGES)
+    ]
     sheet = dataclasses.replace(sheet, cells=[cells["check-stack"], *made])
     found = marks({"Ada": filled()}, sheet)["Ada"]
     assert found.pop("check-stack")["status"] == PASSED

@@ -149,7 +149,7 @@ def test_its_answers_are_graded_in_a_worker(student, toy, monkeypatch):
     data = function_check()
     monkeypatch.setitem(exam._accepted, "drift", [answer(ANSWER, "drift")])
     monkeypatch.setattr("labkit.checks.stored", lambda name: data)
-    exam._definitions = [SimpleNamespace(name="toy-drift", subject="drift", right=[])]
+    exam.definitions = [SimpleNamespace(name="toy-drift", subject="drift", right=[])]
     drift = student.find("drift")
     exam.check("toy-drift", drift)
     exam.same(drift, [(toy.Current(2.0, (0.6, 0.8)), t) for t in (1.0, 2.0)])
