@@ -60,7 +60,9 @@ def table(data: Mapping[str, Any], right: Mapping[str, Any], came: Mapping[str, 
             continue
         for k, step in enumerate(right[s["id"]][0]):
             given = _given(s["calls"][k], data.get("args", ()))
-            title = f'"{s["title"]}"' if len(s["calls"]) == 1 else f"`{call_text(s, k)}`"
+            title, call = f'"{s["title"]}"', call_text(s, k)
+            if len(s["calls"]) > 1:
+                title = f"`{call}`" if len(call) < 30 else f"{title} (call {k + 1})"
             for out, value in zip(s["look"], values(step)):
                 limit = 0.5 if isinstance(value, str) else TOLERANCE * np.nanmax(np.abs([0, *value.ravel()])) + TINY
                 for index in np.ndindex(np.shape(value)):

@@ -19,6 +19,8 @@ def diagnosis(
     named = recognise(came, data["mistakes"])
     first = failed[0] if data["kind"] == "filter" else _oddest(failed, traces)
     trace, (_, expected) = traces[first["id"]], right[first["id"]]
+    if data["kind"] == "function":
+        named = [n for n in named if n[1]]  # what is off says more than a guess
     known = [n for n in named if first["id"] in n[2]]
     whole = len(named) == 1 and named[0][1] and named[0][2] == set(came)
     if data["kind"] == "filter":  # whose probes show more than numbers that differ between computers

@@ -61,20 +61,22 @@ class _Search:
     def _fit(self, changed, values, wrong, left):
         """(how much of what is left a known mistake explains, wholly or not), or (0, 0)."""
         same = changed & ~self.table.wrong(self.mine, values)
-        if self.table.words or not (same & left & np.isfinite(self.mine)).any() or (changed & ~wrong).any():
-            return 0, 0  # of few words, and where nothing came, chance is no less likely
+        hits = int((same & left & np.isfinite(self.mine)).sum())
+        if self.table.words or not hits or (changed & ~wrong).any() or hits == 1 < left.sum():
+            return 0, 0  # of words, and of a single number among others, chance is no less likely
         whole = bool((same == changed).all())
-        if not whole and not self._apart(changed, same, values):
+        if not whole and not self._apart(changed, values):
             return 0, 0
         return int((same & left).sum()) if whole else 0, int((same & left).sum())
 
-    def _apart(self, changed, same, values):
+    def _apart(self, changed, values):
         """Whether a mistake shows as it is in a row, or a place of a vector, at all inputs, by different numbers."""
-        parts = {}
-        for n in np.flatnonzero(changed):
-            place = self.table.cells[n].place
-            parts.setdefault(place[:3] if self.table.rank(place) == 2 else place, []).append(n)
-        return any(same[cells].all() and len(np.unique(values[cells].round(6))) > 2 for cells in parts.values())
+        parts: dict[tuple, list[int]] = {}
+        for n, cell in enumerate(self.table.cells):
+            parts.setdefault(cell.place[:3] if self.table.rank(cell.place) == 2 else cell.place, []).append(n)
+        alike = ~self.table.wrong(self.mine, values)
+        told = [cells for cells in parts.values() if changed[cells].any() and alike[cells].all()]
+        return any(len(np.unique(values[cells][changed[cells]].round(6))) > 2 for cells in told)
 
     def _below(self, wrong):
         """A known mistake beside which all numbers differ in one way: (its numbers, what is told)."""

@@ -73,10 +73,20 @@ class _Parts:
             return words
         rows = len({place[2] for place in own})
         tables = [part.reshape(-1, rows, len(own) // rows) for part in few] if self._in_order(cells, own) else []
-        return moved(*tables) if tables else ""
+        return (moved(*tables) if tables else "") or self._shuffled(cells, own)
 
     def _is_angle(self, own):
         return len(own) == 1 and self.table.parts.get(next(iter(own))[0]) == "angle"
+
+    def _shuffled(self, cells, own):
+        calls = np.array([self.table.cells[n].at[:2] for n in cells])
+        if len(own) < len(self._all(*next(iter(own))[:2])):
+            return ""
+        for call in np.unique(calls, axis=0):
+            few = cells[(calls == call).all(axis=1)]
+            if (np.abs(np.sort(self.came[few]) - np.sort(self.base[few])) > self.table.limits[few]).any():
+                return ""
+        return "the right numbers in another order"
 
     def _in_order(self, cells, own):
         """Whether the cells are whole tables one after the other."""

@@ -500,6 +500,7 @@ VELOCITY_MISTAKES = [
 STEER = [
     case("ahead", "nearly straight ahead", [""], "steer", [0.5, -1.0, 0.0], [0.2, 0.1]),
     case("left", "to the left", [""], "steer", [0.5, -1.0, -0.5], [0.1, 0.25]),
+    case("right", "to the right", [""], "steer", [0.5, -1.0, 1.0], [0.1, -0.3]),
     case("behind", "to where it does not look", [""], "steer", [0.5, -1.0, 0.2], [-0.3, 0.02]),
     case("west", "across 180 degrees", [""], "steer", [0.5, -1.0, 3.0], [-0.3, -0.04]),
     case("fast", "faster than it can", [""], "steer", [0.5, -1.0, 0.2], [0.7, 0.5]),
