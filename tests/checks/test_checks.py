@@ -126,7 +126,7 @@ def test_unknown_mistakes_show_numbers_and_a_hint():
     assert "only the spelling differs" in str(failure("mismatch-verdict", [('"overc', '"Overc')]))
     assert "should be a text" in str(failure("mismatch-verdict", [('"consistent"', "0")]))
     order = failure("cartesian-stack", [("return seen, expected", "return seen[::-1], expected")])
-    assert "in another order" in str(order)
+    assert "in another order" in " ".join(str(order).split())
 
 
 def test_a_single_number_is_no_multiple_of_another():
