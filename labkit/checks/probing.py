@@ -146,7 +146,7 @@ def _ends(trace, looked, flat=False):
     if any(isinstance(v, str) or not np.isfinite(v).all() for v in (*before[:2], *after[:2])):
         return None
     x, P = before[:2]
-    if flat and x.ndim == 1 and after[0].ndim == 2 and len(x) in after[0].shape:
+    if flat and x.ndim == 1 and after[0].ndim == 2 and after[0].size > len(x) in after[0].shape:
         after = [_row(x, after[0]), *after[1:]]
     fits = x.size and P.shape == (x.size, x.size) and after[0].shape == x.shape and after[1].shape == P.shape
     return (before, after) if fits else None
