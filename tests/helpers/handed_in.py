@@ -84,9 +84,18 @@ def split(cells):
     cells[at : at + 1] = [code(part, f"0bad{i:04x}") for i, part in enumerate(parts) if part.strip()]
 
 
+def at_id(cells, id):
+    return next(i for i, cell in enumerate(cells) if cell["id"] == id)
+
+
+def first_shown(cells):
+    """Where the first cell stands that shows something and is none of the student's."""
+    return next(i for i, cell in enumerate(cells) if cell["id"].startswith("show"))
+
+
 def in_the_set_up(cells):
     source = cells.pop(answer(cells))["source"]
-    cells[2]["source"] += f"\n\n{source}"
+    cells[at_id(cells, "setup")]["source"] += f"\n\n{source}"
 
 
 def in_the_checks_cell(cells):
@@ -100,7 +109,7 @@ def retyped(cells):
 
 
 def without_set_up(cells):
-    del cells[2]
+    del cells[at_id(cells, "setup")]
 
 
 def without_checks(cells):
@@ -141,7 +150,7 @@ def with_errors_and_loops(cells):
 def with_a_helper(place):
     def change(cells):
         at = answer(cells)
-        where = {"set-up": 2, "show": 4, "check": at + 1, "own": at}[place]
+        where = {"set-up": at_id(cells, "setup"), "show": first_shown(cells), "check": at + 1, "own": at}[place]
         if place == "own":
             put(cells, at, code("", "0badcafe"))
         cells[where]["source"] += "\n\nfrom functools import cache as kept\n\ndef as_is(thing):\n    return thing\n"

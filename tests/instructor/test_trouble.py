@@ -131,7 +131,7 @@ def full(tmp_path):
     subprocess.run(["umount", "-l", place], check=True)
 
 
-@pytest.mark.parametrize("left", [0, 30, 200])
+@pytest.mark.parametrize("left", [0, 30, 100])
 def test_a_full_disk(small, full, left):
     shutil.copytree(small / "out", full / "out")
     shutil.rmtree(small / "out")

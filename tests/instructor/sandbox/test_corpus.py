@@ -72,9 +72,9 @@ def graded(request, tmp_path_factory):
         "--level",
         request.param,
         "--call",
-        "0.4",
+        "0.5",
         "--total",
-        "1.2",
+        "2",
         LABKIT_CANARY=str(canary),
         TMPDIR=str(temporary),
     )
