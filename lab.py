@@ -43,7 +43,7 @@ FULL_HELP = """\
   python3 lab.py grade|release|sandbox|build ...   the labkit command, for instructors
 """
 # How long the tests take on two quiet cores [s, minutes], to be measured anew when they change much.
-QUICK_TESTS, ALL_TESTS = 70, 10
+QUICK_TESTS, ALL_TESTS = 70, 12
 FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.
