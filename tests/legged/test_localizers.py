@@ -30,7 +30,6 @@ from labkit.legged.race import Result, steps_until_found
 from labkit.legged.trapezoid import Trapezoids, fused
 
 from helpers.localizers import CONTESTANTS, answer, ekf, hybrid
-from helpers.restart import restart
 
 EXACT = Noise(slip=0.0, spin=0.0)
 PLAIN = Noise(odometry=0.1, range_beacon=0.05, range_goal=0.05, bearing=0.035, bearing_partial=0.1)
@@ -371,7 +370,7 @@ def test_a_memory_of_nothing_is_refused(most):
 def test_a_restart_finds_the_pose():
     for seed in range(10):
         log = recorded("paper", seed, 60)
-        memory = Memory(restart, log.noise.told())
+        memory = Memory(answer("restart"), log.noise.told())
         h = replay(memory, log)
         sure = h.P[:, 0, 0] < 0.35**2
         assert sure.any() and np.hypot(*(h.x - log.truth)[sure][:, :2].T).max() < 0.5
@@ -525,7 +524,7 @@ LOCALIZERS = {
     "grid": FuzzyGrid,
     "particles": lambda: ParticleFilter(50, rng=0),
     "triangulation": Triangulation,
-    "memory": lambda: Memory(restart),
+    "memory": lambda: Memory(answer("restart")),
     "hybrid that finds": lambda: hybrid(recorded(), FuzzyGrid()),
     "hybrid that follows": follower,
 }

@@ -33,7 +33,6 @@ from labkit.legged.widgets import WalkExplorer
 
 from helpers.drawings import kept, legible, names, pixels, shown, widgets
 from helpers.localizers import CONTESTANTS, answer, ekf, hybrid
-from helpers.restart import restart
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -103,7 +102,7 @@ def test_a_walk_is_shown_with_a_filter(drawn, kidnapped):
         (lambda: ParticleFilter(400, "real", rng=0), (0, 10, 20, 50)),
         (lambda: ekf(carried()), (30,)),
         (lambda: hybrid(carried(), FuzzyGrid("real")), (0, 1, 61)),
-        (lambda: hybrid(carried(), Memory(restart, "real"), background=1), (0, 5, 120)),
+        (lambda: hybrid(carried(), Memory(answer("restart"), "real"), background=1), (0, 5, 120)),
     ],
 )
 def test_beliefs_are_shown(drawn, make, steps):
