@@ -6,6 +6,7 @@ Only maintainers need this: `labkit build` turns it into the numbers in labkit/c
 from . import (
     cartesian,
     cartesian_parts,
+    formation,
     fuzzy,
     legged,
     legged_parts,
@@ -13,6 +14,7 @@ from . import (
     range_bearing,
     range_bearing_parts,
     team,
+    team_parts,
 )
 
 CHECKS = [
@@ -24,5 +26,7 @@ CHECKS = [
     *legged_parts.CHECKS,
     *legged.CHECKS,
     *fuzzy.CHECKS,
+    *team_parts.CHECKS,
+    *formation.CHECKS,
     *team.CHECKS,
 ]
