@@ -5,7 +5,7 @@ from typing import Any
 
 from . import functions
 from .cells import alike
-from .compare import entire, exact, fits, recognise
+from .compare import entire, exact, fits, gap_of, recognise
 from .hints import evidence, fold, todo
 from .identify import told
 from .trace import Scenario, Trace
@@ -40,7 +40,8 @@ def diagnosis(
         summary, lines = evidence(first, trace, expected, found[0].text)
     else:
         mistake = next((m["say"] for m, sure, _ in known[:1] if sure), "")
-        summary, lines = evidence(first, trace, expected, _say(*known[0][:2]) if known else "")
+        said = _say(*known[0][:2]) if known else _left_out(data, failed, first, trace)
+        summary, lines = evidence(first, trace, expected, said)
         others = (
             [_say(*n[:2]) for n in named if n not in known[:1]]
             if not found
@@ -49,6 +50,23 @@ def diagnosis(
         others = [other for other in others if other != summary]
     others = _with_stubs(others, [traces[s["id"]].stop for s in failed[1:]], summary)
     return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
+
+
+def _left_out(data, failed, first, trace):
+    """A sentence where only this measurement changes nothing, as by a gate of the student's own; or ''."""
+    others = [s for s in data["scenarios"] if s not in failed and any(_seen(call) for call in s["calls"])]
+    rests = trace.steps[-2:] if len(trace.steps) > 1 and not trace.stop and len(first["calls"]) == 1 else []
+    if not (others and rests and _seen(first["calls"][0])) or any(gap_of(*pair) > 1 for pair in zip(*rests)):
+        return ""
+    return (
+        "`update` changes nothing here, although it does with other measurements: is this one left out on purpose? A "
+        "gate is not asked for here."
+    )
+
+
+def _seen(call):
+    """Whether a call is an update with something in view."""
+    return call[0] == "update" and any(call[1].values())
 
 
 def _with_stubs(others, stops, summary):

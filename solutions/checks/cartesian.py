@@ -5,7 +5,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
-from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
+from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, update_scenarios, with_update
 from .probes import WEIGHTS, XY_MAP, drawn, probing
 
 R = [[0.04, 0.02], [0.02, 0.09]]
@@ -74,6 +74,7 @@ RIGHT = [
     Right("map order", with_update(MAP_ORDER + STEP)),
     Right("mean of the innovations", with_update(MEAN)),
     Right("float32", FLOAT32),
+    Right("in place", IN_PLACE),
     Right("loops and columns", with_update(LOOPS)),
     Right("place in the map", PLACE_IN_MAP),
     *(Right(id, form) for id, form in FORMS.items()),

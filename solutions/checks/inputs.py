@@ -10,6 +10,12 @@ P0 = [[0.5, 0.15], [0.15, 0.3]]
 Q = [[0.08, 0.03], [0.03, 0.05]]
 
 
+KEEPS = (
+    "Your filter goes on in the array x0 or P0 that it was given, and changes it. Here that is fine; but whoever made "
+    "the filter finds other numbers there afterwards. A copy is safe: self.xk_k = np.array(x0, dtype=float)."
+)
+
+
 def filter_scenario(id, title, R, map, calls, dt=0.25, **more):
     """Inputs for a filter that starts at X0, P0; calls are ('predict', u) or ('update', [(id, p), ...])."""
     calls = [[name, arg if name == "predict" else {"landmarks": [[i, *p] for i, p in arg]}] for name, arg in calls]
@@ -26,6 +32,7 @@ def first_scenarios(R, map):
         filter_scenario("predict", "predict, one step", R, map, [("predict", [0.4, -0.6])]),
         filter_scenario("predict-dt", "predict, two steps of 0.5 s", R, map, [back, back], dt=0.5),
         filter_scenario("empty", "update without a landmark changes nothing", R, map, [("update", [])]),
+        filter_scenario("kept", "x0 and P0 stay as they were", R, map, [back], advice=KEEPS, frozen=True),
     ]
 
 
@@ -52,6 +59,16 @@ FLOAT32 = [
     ("P0, dtype=float", "P0, dtype=np.float32"),
     ("np.array(Q) * dt", "np.array(Q, dtype=np.float32) * dt"),
     ("np.array(R) / dt", "np.array(R, dtype=np.float32) / dt"),
+]
+
+
+IN_PLACE = [  # the handout's constructor, and a filter that changes what it was given
+    ("np.array(x0, dtype=float)", "x0"),
+    ("np.array(P0, dtype=float)", "P0"),
+    ("self.xk_k = self.xk_k + self.dt * u", "self.xk_k += self.dt * u"),
+    ("self.Pk_k = self.Pk_k + self.Q", "self.Pk_k += self.Q"),
+    ("self.xk_k = self.xk_k + K @ innovation", "self.xk_k += K @ innovation"),
+    ("self.Pk_k = self.Pk_k - K @ S @ K.T", "self.Pk_k -= K @ S @ K.T"),
 ]
 
 

@@ -4,7 +4,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
-from .inputs import FLOAT32, drive, first_scenarios, update_scenarios, with_update
+from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, update_scenarios, with_update
 from .probes import RB_MAP, WEIGHTS, drawn, probing
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
@@ -33,6 +33,7 @@ SCENARIOS = [
     scenario("east", "a landmark due east", [6], map=[*MAP, [6, 2.4, -0.7]]),
     scenario("far", "a landmark much farther away than expected", [4]),
     scenario("two", "update with two landmarks", [1, 0]),
+    scenario("west", "two landmarks, the first of them across pi", [2, 0]),
     scenario("three", "update with three landmarks, in another order than in the map", [3, 0, 2]),
     scenario("twice", "two updates, one after the other, dt = 0.5 s", [0], [3, 1], dt=0.5),
     scenario("names", "landmarks whose ids are not their places in the map", [(12, 0), (25, 3), (3, 1)], map=NAMES),
@@ -111,6 +112,7 @@ RIGHT = [
     Right("map order", with_update(MAP_ORDER + STEP), other=True),
     Right("information form", with_update(INFORMATION)),
     Right("float32", FLOAT32),
+    Right("in place", IN_PLACE),
     Right("central differences", CENTRAL),
     Right("forward differences", FORWARD),
     Right("math", MATH),
@@ -118,8 +120,9 @@ RIGHT = [
     Right("loops", with_update(LOOPS)),
     *(Right(id, form) for id, form in FORMS.items()),
     Right("last first", with_update((ONE + STEP).replace("in y:", "in y[::-1]:")), other=True),
-    Right(
-        "nearest first", with_update((ONE + STEP).replace("in y:", "in sorted(y, key=lambda lm: lm.p[0]):")), other=True
+    *(
+        Right(id, with_update((ONE + STEP).replace("in y:", f"in sorted(y, key=lambda lm: {key}):")), other=True)
+        for id, key in {"nearest first": "lm.p[0]", "farthest first": "-lm.p[0]", "by id": "lm.id"}.items()
     ),
     Right(
         "dictionary",
@@ -139,6 +142,12 @@ MISTAKES = [
         [(WRAP, "y = [wrap(lm.p[1]) for lm in y]")],
         with_update(ONE + NO_WRAP),
         with_update(MAP_ORDER + NO_WRAP),
+    ),
+    Mistake(
+        "second-half-wrapped",
+        "The second half of the innovation is wrapped, but bearings and ranges take turns in it: bearings stand at 1, 3, "
+        "5 and so on, innovation[1::2].",
+        [(WRAP, "innovation[p:] = wrap(innovation[p:])")],
     ),
     Mistake(
         "wrapped-positive",

@@ -9,7 +9,7 @@ from ...checks.trace import Stop, Trace
 from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
 from ..sandbox.wire import FrameError
 
-INPUTS = ("id", "look", "make", "calls", "at")  # of a scenario: what a worker may know
+INPUTS = ("id", "look", "make", "calls", "at", "frozen")  # of a scenario: what a worker may know
 
 
 def inputs(data: Data) -> Data:
