@@ -10,6 +10,10 @@ from .hints import evidence, fold, todo
 from .identify import told
 from .trace import Scenario, Trace
 
+LEFT_OUT = (
+    "`update` changes nothing here, but with other measurements it does: is this one left out on purpose, by a gate?"
+)
+
 
 def diagnosis(
     data: Mapping[str, Any], failed: list[Scenario], traces: Mapping[str, Trace], right: Mapping[str, tuple[float, Any]]
@@ -58,10 +62,7 @@ def _left_out(data, failed, first, trace):
     rests = trace.steps[-2:] if len(trace.steps) > 1 and not trace.stop and len(first["calls"]) == 1 else []
     if not (others and rests and _seen(first["calls"][0])) or any(gap_of(*pair) > 1 for pair in zip(*rests)):
         return ""
-    return (
-        "`update` changes nothing here, although it does with other measurements: is this one left out on purpose? A "
-        "gate is not asked for here."
-    )
+    return LEFT_OUT
 
 
 def _seen(call):

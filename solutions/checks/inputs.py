@@ -12,7 +12,7 @@ Q = [[0.08, 0.03], [0.03, 0.05]]
 
 KEEPS = (
     "Your filter goes on in the array x0 or P0 that it was given, and changes it. Here that is fine; but whoever made "
-    "the filter finds other numbers there afterwards. A copy is safe: self.xk_k = np.array(x0, dtype=float)."
+    "the filter finds other numbers there afterwards. It is safer to keep copies, in `__init__`."
 )
 
 

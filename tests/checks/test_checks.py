@@ -65,7 +65,24 @@ def test_a_right_answer_passes_in_any_form(name, form, capsys):
     check(name, build(answers(read(ROOT / "solutions" / f"{CHECKS[name].lab}.ipynb")), form, CHECKS[name].subject))
     first, *rest = capsys.readouterr().out.splitlines()
     assert first.startswith(f"{name}: all ") and first.endswith(" checks passed.")
-    assert all(line.startswith("  ok  ") for line in rest) or "place" in str(form) or "lm.id" in form
+    noted = "place" in str(form) or "lm.id" in form or "+=" in str(form)
+    assert all(line.startswith("  ok  ") for line in rest) or noted
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_who_goes_on_in_the_array_that_was_given_passes_and_hears_of_it(name, capsys):
+    check(name, subject(name, [("np.array(x0, dtype=float)", "x0")]))
+    assert "Note" not in capsys.readouterr().out  # it makes new ones
+    (form,) = (right.form for right in CHECKS[name].right if right.id == "in place")
+    check(name, subject(name, form))
+    assert "Note: Your filter goes on in the array x0 or P0" in capsys.readouterr().out
+
+
+def test_what_a_gate_of_ones_own_leaves_out_is_told_as_that():
+    gate = "\n        if innovation @ np.linalg.solve(S, innovation) > 30 * p:\n            return"
+    line = "S = H @ self.Pk_k @ H.T + np.kron(np.eye(p), self.R)"
+    error = failure("range-bearing-kf", [(line, line + gate)])
+    assert "left out on purpose, by a gate?" in " ".join(str(error).split())
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -165,7 +182,7 @@ RAISES = [
     ("K @ innovation", "1 // 0", "ZeroDivisionError", "division by zero"),
     ("K @ innovation", "self.update(y)", "RecursionError", "without an end"),
     ("K @ innovation", "exit()", "SystemExit", "ends Python itself"),
-    ("np.array(x0, dtype=float)", "x0; self.xk_k[0] += 1", "read-only", "changes an array"),
+    ("self.xk_k + self.dt * u", "self.xk_k + self.dt * u; u += 1", "read-only", "changes an array"),
     ("p = len(y)", "p = len(y); y[0].p[0] = 1", "read-only", "changes an array"),
 ]
 
