@@ -17,10 +17,9 @@ from .folders import temporary
 from .intake.collect import Submissions
 from .records import CommandError
 from .register import register
-from .report import hand_marks
 from .report.gradebook import Gradebook
-from .report.names import labels
 from .report.schema import trouble
+from .report.taken import take_hand_marks
 from .report.texts import clean, readable
 from .sandbox.choose import choose
 from .sandbox.launch import Sandbox
@@ -95,42 +94,6 @@ def _alone(out):
         except OSError:
             raise CommandError(f"Another labkit grade is using {out}: wait for it, or choose another --out.") from None
         yield
-
-
-def take_hand_marks(book: Gradebook, path: Path) -> None:
-    """Take the points that a person filled in in grades.csv into the gradebook. Raises CommandError for bad ones."""
-    snapshots = book.written()
-    if not path.exists() or not snapshots:
-        return
-    found, notes = _hand_marks(path, snapshots)
-    now = {
-        (label, result.lab): result
-        for lab in book.labs()
-        for results in [list(book.results(lab))]
-        for label, result in zip(labels(results), results)
-    }
-    with book:
-        for (label, lab, check), (points, reason) in found.items():
-            if (label, lab) in now:
-                book.hand(now[label, lab], check, points, reason)
-    if found:
-        print(f"Took {len(found)} mark{'s' * (len(found) > 1)} from {path.name}.")
-    for note in notes:
-        print(f"Note: {clean(note)}")
-
-
-def _hand_marks(path, snapshots):
-    """(marks, notes) that differ least from what was written, or from what was written before."""
-    readings, problems = [], []
-    for written in snapshots:  # the newer one first; the file may still be the one before it
-        notes = []
-        try:
-            readings.append((hand_marks.read_hand_marks(path, written, notes), notes))
-        except CommandError as error:
-            problems.append(error)
-    if not readings:
-        raise problems[0]
-    return min(readings, key=lambda reading: len(reading[0]))
 
 
 def work(

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from labkit.instructor.command import take_hand_marks
 from labkit.instructor.exam import paper
 from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.intake.submission import LONGEST
@@ -17,6 +16,7 @@ from labkit.instructor.records import BY_HAND, OPEN, CommandError, Mark
 from labkit.instructor.register import register
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.report.tables import GRADES
+from labkit.instructor.report.taken import take_hand_marks
 
 from helpers.classroom import LAB, as_file, filled
 

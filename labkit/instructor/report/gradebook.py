@@ -11,6 +11,7 @@ from typing import Any
 
 from ..records import ERROR, Check, Result
 from . import snapshots
+from .by_hand import Hands
 from .kept import SENTENCE, fit, pack, unpack
 from .marks import mark_of
 from .schema import connect
@@ -26,6 +27,7 @@ class Gradebook:
     def __init__(self, path: Path, seed: int | None = None):
         self.path, self._depth = path, 0
         self.db, self.seed = connect(path, seed)
+        self.hands = Hands(self)
 
     def __enter__(self) -> "Gradebook":
         """All or nothing; inside another one it is part of that."""
@@ -177,9 +179,8 @@ class Gradebook:
             self.db.execute("UPDATE submission SET done = 1 WHERE id = ?", (id,))
 
     def hand(self, result: Result, check: str, points: float, reason: str) -> None:
-        """A mark that a person gave; it stays until a person gives another."""
-        row = (result.lab, result.student, result.identifier, check, points, reason, result.answers.get(check), _now())
-        self.db.execute("INSERT OR REPLACE INTO hand VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
+        """A mark that a person gave in grades.csv; it stays until a person gives another."""
+        self.hands.fill_in(result, check, points, reason)
 
     def written(self) -> list[list[Result]]:
         """Results as grades.csv may hold them, see `snapshots`."""
@@ -215,7 +216,7 @@ class Gradebook:
         result = Result(student, identifier, lab, source, when, bool(late), json.loads(notes), level, problem, id=id)
         result.answers = json.loads(answers)
         if not problem:
-            given, hand = self._given(id), self._hand(lab, student, identifier)
+            given, hand = self._given(id), self.hands.counting(lab, student, identifier)
             result.marks = [mark_of(check, given, hand, result) for check in self.checks(lab, paper)]
         return result
 
@@ -224,11 +225,6 @@ class Gradebook:
         query = "SELECT chk, points, status, reason, lines, mistake, parts FROM mark WHERE submission = ?"
         rows = self._all(query, id)
         return {check: mark for check, *mark in rows}
-
-    def _hand(self, *student: str) -> dict[str, tuple]:
-        """{check id: (points, reason, answer that was marked)} of what a person marked; of (lab, name, identifier)."""
-        query = "SELECT chk, points, reason, answer FROM hand WHERE lab = ? AND student = ? AND identifier = ?"
-        return {check: mark for check, *mark in self._all(query, *student)}
 
     def figure(self, id: int) -> dict[str, Any]:
         """The figure of a submission's `Result`, {} if there is none."""

@@ -7,11 +7,11 @@ from contextlib import closing
 
 import pytest
 
-from labkit.instructor.command import take_hand_marks
 from labkit.instructor.console import Progress
 from labkit.instructor.records import ERROR, PASSED, Check
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.report.output import write_all
+from labkit.instructor.report.taken import take_hand_marks
 
 from helpers.graded import curve, table
 
