@@ -4,6 +4,7 @@ import ctypes
 import ctypes.util
 import importlib
 import os
+import platform
 import resource
 import signal
 import sys
@@ -14,6 +15,8 @@ from . import calls
 
 MEMORY = 2 * 2**30  # bytes of address space, for each process
 PR_SET_PDEATHSIG = 1
+# What libraries are called with glibc; musl's names are searched for.
+LIBRARIES = {"c": "libc.so.6", "seccomp": "libseccomp.so.2"} if platform.libc_ver()[0] == "glibc" else {}
 
 
 def confine(
@@ -76,8 +79,8 @@ def load(*names: str) -> list[ModuleType | None]:
     """The packages of these names, each None where it does not work: 'py_landlock', 'pyseccomp'."""
     found: list[ModuleType | None] = []
     search = ctypes.util.find_library
-    # pyseccomp looks for its library with the help of other programs, which takes longer than all the rest.
-    ctypes.util.find_library = lambda name: f"lib{name}.so.2" if name == "seccomp" else search(name)
+    # They look for their libraries with the help of other programs, a compiler among them, in each worker anew.
+    ctypes.util.find_library = lambda name: LIBRARIES.get(name) or search(name)
     for name in names:
         try:
             found.append(importlib.import_module(name))

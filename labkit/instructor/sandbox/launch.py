@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from importlib.util import cache_from_source
 from pathlib import Path
 
 from . import account, cgroup
@@ -117,15 +118,22 @@ def bubblewrap(runtime: str, root: bool) -> list[str]:
 
 
 def make_runtime(folder: str | Path) -> str:
-    """Copy what a worker imports of this package into `folder`; returns its path."""
+    """Copy what a worker imports of this package into `folder`; returns its path.
+
+    Compiled modules come along: with their source's times they stay valid, and only what is missing is compiled.
+    """
     kit = Path(__file__).resolve().parents[2]
     target = Path(folder) / "labkit"
     own = [path for path in kit.rglob("*") if path.suffix in (".py", ".toml")]
     files = [path for path in own if kit / "instructor" not in path.parents]
     for path in [*files, *(kit / "instructor" / f"{name}.py" for name in INSIDE)]:
         copy = target / path.relative_to(kit)
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, copy)
+        compiled = Path(cache_from_source(path))
+        for source, aim in ((path, copy), (compiled, copy.parent / "__pycache__" / compiled.name)):
+            if source.exists():
+                aim.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, aim)
+                shutil.copystat(source, aim)
     compileall.compile_dir(target, quiet=2)  # once, and not in each worker, which may not write here
     for path in (Path(folder), target, *target.rglob("*/")):
         path.chmod(0o755 if path.is_dir() else 0o644)
