@@ -45,8 +45,9 @@ def test_what_students_get_is_small(figures):
     Another 230 answer wrong use: whatever measures, records, reads or draws a student's data says in a sentence what
     it cannot use, where numpy would fail somewhere inside or, worse, give a number. What nobody should read in a lab,
     the drawing above all, was moved here from the notebooks' cells, which have at most 15 lines.
+    Another 30 keep the verdict where a diagnosis fails.
     """
-    assert figures["lines, students' side"] <= 11540
+    assert figures["lines, students' side"] <= 11570
 
 
 def test_modules_and_functions_are_short(figures):

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from .causes import first_to_mend, used
 from .compare import gap, nearest
 from .diagnosis import diagnosis
-from .feedback import STOPPED, LabError, own_line
+from .feedback import STOPPED, LabError, own_line, safely
 from .hints import fold
 from .probing import ask
 from .source import newest_is_broken, notes_on
@@ -77,10 +77,10 @@ def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
     try:
         traces = observe(data, subject)
         if wrong(data, traces):
-            traces |= probe(data, subject)
+            traces |= safely(lambda: probe(data, subject), dict[str, Trace]())
         return decide(data, traces)
     except CheckError as error:
-        error.add([*_first_to_mend(data, subject), *notes_on(subject)])
+        error.add(safely(lambda: [*_first_to_mend(data, subject), *notes_on(subject)], []))
         raise
 
 

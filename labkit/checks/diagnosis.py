@@ -6,6 +6,7 @@ from typing import Any
 from . import functions
 from .cells import alike
 from .compare import entire, exact, fits, gap_of, recognise
+from .feedback import safely
 from .hints import evidence, fold, todo
 from .identify import told
 from .trace import Scenario, Trace
@@ -19,6 +20,13 @@ def diagnosis(
     data: Mapping[str, Any], failed: list[Scenario], traces: Mapping[str, Trace], right: Mapping[str, tuple[float, Any]]
 ) -> tuple[str, list[str], str]:
     """(summary, detail lines, known mistake or '') of the failed scenarios: what to fix first, what else is known."""
+    first = failed[0]
+    plain = f"Not yet right: {first['title']}.", list[str]()
+    plain = safely(lambda: evidence(first, traces[first["id"]], right[first["id"]][1]), plain)
+    return safely(lambda: _diagnosis(data, failed, traces, right), (*plain, ""))
+
+
+def _diagnosis(data, failed, traces, right):
     came = {s["id"]: traces[s["id"]] for s in failed}
     named = recognise(came, data["mistakes"])
     first = failed[0] if data["kind"] == "filter" else _oddest(failed, traces)

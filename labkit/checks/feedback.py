@@ -2,18 +2,24 @@
 
 import ast
 import linecache
+import logging
 import os
 import re
 import sys
 import sysconfig
 import textwrap
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
+from typing import TypeVar
 
 LEFT_OVER = "The line `raise NotImplementedError` still stands below your code: delete it when that is complete."
 TO_WRITE = "This part is still to be written: replace the `raise NotImplementedError`."
 STOPPED = "It was still running when it was stopped: does a loop never end?"
+LOG = logging.getLogger("labkit.checks")  # of faults of these checks themselves
+LOG.addHandler(logging.NullHandler())
+T = TypeVar("T")
 _KIT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 # Of an exception, its text and what to do about it.
 _KNOWN = tomllib.loads(Path(__file__).with_name("exceptions.toml").read_text(encoding="utf-8"))["known"]
@@ -34,6 +40,17 @@ class LabError(Exception):
 
 class FilterError(LabError):
     """The student's filter raised, or returned something that is no estimate."""
+
+
+def safely(look: Callable[[], T], otherwise: T) -> T:
+    """What `look` gives, or `otherwise` where it fails: what is said beside a verdict never takes its place."""
+    try:
+        return look()
+    except LabError:
+        raise
+    except Exception:
+        LOG.exception("A diagnosis failed.")
+        return otherwise
 
 
 def explain(error: BaseException) -> str:

@@ -46,7 +46,7 @@ def _passes(answer):
 def _value(single):
     """The d2 of one landmark or reading: as its innovation, H and R make it, whatever these are."""
     lists = {id: _kept(single, f"d2 {id}") for id in KEPT}
-    if not all(kept and kept[0].shape == (1,) for kept in lists.values()):
+    if not all(kept and kept[0].shape == (1,) for kept in lists.values()) or not single.pairs.keys() >= set(KEPT):
         return []
     came = {id: kept[0] for id, kept in lists.items()}
     right = {id: kept[1] for id, kept in lists.items()}

@@ -2,6 +2,7 @@
 
 import json
 import linecache
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +127,29 @@ def test_a_sequential_filter_with_a_known_mistake():
     known = {r.id: r.form for r in CHECKS["range-bearing-kf"].right}
     form = known["sequential"].replace("nu[1] = wrap(nu[1])", "pass")
     assert failure("range-bearing-kf", form).summary.startswith("Your bearing innovation is not wrapped")
+
+
+@pytest.mark.parametrize("name", ["legged-ekf", "legged-motion"])
+def test_a_diagnosis_that_fails_leaves_the_verdict_and_the_numbers(name, monkeypatch, fault):
+    def fails(*_):
+        raise KeyError("one")
+
+    form = [("np.repeat(np.array(self.d2)", "np.tile(np.array(self.d2)"), ("wrap(x[2] + u[2])", "x[2] + u[2]")]
+    monkeypatch.setattr(sys.modules["labkit.checks.diagnosis"], "recognise", fails)
+    monkeypatch.setattr("labkit.checks._first_to_mend", fails)
+    text = str(failure(name, form))
+    assert " checks passed.\nNot yet right: " in text and "  expected  " in text and "  came  " in text
+    assert "KeyError" in fault.text
+    fault.clear()
+    monkeypatch.setattr(sys.modules["labkit.checks.diagnosis"], "evidence", fails)
+    assert "\nNot yet right: " in str(failure(name, form))
+    fault.clear()
+
+
+def test_a_filter_that_hardly_moves_is_told_of_without_a_fault():
+    assert "`update` leaves xk_k as it was" in str(
+        failure("legged-ekf", [("change / (2 * step)", "change / 2 * step")])
+    )
 
 
 # Mistakes that nobody thought of get what was expected, what came and where to look

@@ -7,6 +7,7 @@ from typing import Any
 
 from ... import checks
 from ...checks.causes import first_to_mend
+from ...checks.feedback import safely
 from ...checks.source import LONGEST, definitions, notes_in, parsed
 
 
@@ -22,7 +23,7 @@ def beside(subject: str, cells: Sequence[Mapping[str, Any]], seen: Mapping[str, 
         texts = [cell["source"] for cell in cells if cell["code"]]
         if sum(map(len, texts)) <= 3 * LONGEST:
             trees = [tree for text in texts if (tree := parsed(text))]
-            error.add([*_first_to_mend(trees, subject, seen), *notes_in(trees, subject)])
+            error.add(safely(lambda: [*_first_to_mend(trees, subject, seen), *notes_in(trees, subject)], []))
         raise
 
 
