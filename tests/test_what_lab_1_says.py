@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labkit import Landmark, Log, Map, Robot, random_map, simulate
-from labkit.metrics import semi_axis
+from labkit.metrics import errors, inside, nees, semi_axis
 
 from helpers.reference import Q, R, history, record, solution
 
@@ -47,8 +47,28 @@ def test_the_first_look_and_the_dark():
         log = record(seed=seed, landmarks=3)
         half, seen = semi_axis(history(log)), log.count > 0
         assert (np.diff(half)[~seen] > 0).all()  # predict adds, and nothing takes away
-        assert (half[1:][seen] <= 1.2).all()  # one look is enough
+        assert (half[1:][seen] <= 1.2).all()  # 3σ of the look alone
+        for k in np.flatnonzero((half[:-1] > 1.5) & seen):  # the first look takes more than all later ones
+            assert half[k] - half[k + 1] > half[k + 1] - half[k + 1 :].min()
         assert half.max() > 2
+
+
+def test_what_the_second_figure_says():
+    """The robot is outside of 3σ about twice a run; R told 100 times as large makes bounds of 1.4 m of 0.4 m."""
+    runs = [record(seed=seed, landmarks=25) for seed in range(30)]
+    outside = [int(np.sum(~inside(history(log), log))) for log in runs]
+    assert 1 < np.mean(outside) < 2.5 and outside.count(0) > 3 and max(outside) >= 4
+    log = record(seed=1, landmarks=25)
+    wide = history(log, R=100 * R["xy"])
+    assert semi_axis(history(log))[20:].mean() == pytest.approx(0.4, abs=0.05)
+    assert semi_axis(wide)[20:].mean() == pytest.approx(1.4, abs=0.15)
+    assert (abs(errors(wide, log)) < 0.8).all(axis=1)[20:].all() and nees(wide, log)[1:].mean() < 2
+    assert nees(history(log), log)[1:].mean() == pytest.approx(1.85, abs=0.01)
+
+
+def test_other_numbers_of_landmarks_leave_the_path_as_it_is():
+    paths = [record(seed=1, landmarks=n).truth for n in (3, 25, 60)]
+    assert all((path == paths[0]).all() for path in paths)
 
 
 def test_with_sixty_landmarks_the_ellipses_are_small_everywhere():
