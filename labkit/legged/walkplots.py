@@ -41,24 +41,27 @@ def draw_field(ax: Axes, field: Field = FIELD, title: str = "") -> None:
 class WalkPanel:
     """A whole walk: true path, estimated path, 3-sigma ellipses along it."""
 
-    def __init__(self, ax: Axes, field: Field = FIELD, title: str = "Walk, with 3σ ellipses"):
+    def __init__(self, ax: Axes, field: Field = FIELD, title: str = "Walk, with 3σ ellipses", kidnapped: bool = True):
         draw_field(ax, field, title)
         self.ax, self.limits = ax, (ax.get_xlim(), ax.get_ylim())
         (self.truth,) = ax.plot([], [], "-", color=BLUE, lw=1.6, label="true path")
         (self.estimate,) = ax.plot([], [], "--", color=VERMILION, lw=1.2, label="estimate")
         (self.ellipses,) = ax.plot([], [], "-", color=VERMILION, lw=0.6, alpha=0.7)
-        (self.lifted,) = ax.plot([], [], "x", color=BLUE, ms=9, mew=2)
-        (self.start,) = ax.plot([], [], "o", color=BLUE, ms=6)
-        self.artists = [self.ellipses, self.truth, self.estimate, self.lifted, self.start]
-        legend_below(ax, 0.3)
+        (self.start,) = ax.plot([], [], "o", color=BLUE, ms=6, label="start")
+        (self.lifted,) = ax.plot([], [], "x", color=BLUE, ms=9, mew=2, label="picked up")
+        (self.down,) = ax.plot([], [], "s", color=BLUE, ms=6, label="put down")
+        self.artists = [self.ellipses, self.truth, self.estimate, self.start, self.lifted, self.down]
+        drawn = [self.truth, self.estimate, self.start, *([self.lifted, self.down] if kidnapped else [])]
+        legend_below(ax, 0.3, ncols=3, handles=drawn)
 
     def show(self, log: FieldLog, history: History, ellipses: int = 25) -> Self:
         """Fill the panel with a walk and what a filter believed of it."""
         of_one_run(history, log)
         P, path, kidnapped = history.sound(), np.asarray(log.truth)[:, :2], log.kidnapped
         self.truth.set_data(*pen_lifted(path, kidnapped).T)
-        self.start.set_data(*path[[0, *(k + 1 for k in kidnapped)]].T)
+        self.start.set_data(*path[:1].T)
         self.lifted.set_data(*path[list(kidnapped)].T)
+        self.down.set_data(*path[[k + 1 for k in kidnapped]].T)
         # An estimate of "anywhere" is just the middle of the field.
         sure = P[:, 0, 0] + P[:, 1, 1] < 1.0
         self.estimate.set_data(*np.where(sure[:, None], history.x[:, :2], np.nan).T)
@@ -158,8 +161,8 @@ def show_walk(log: FieldLog, history: History | None = None, title: str = "") ->
         _draw_walk(ax, log, title)
     else:
         figure, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained", width_ratios=[1.3, 1])
-        WalkPanel(axes[0], log.field).show(log, history)
         carried = bool(log.kidnapped)
+        WalkPanel(axes[0], log.field, kidnapped=carried).show(log, history)
         DistancePanel(axes[1], log.times[-1], 8.0 if carried else 1.0, carried).show(log, history)
         for panel in axes:
             panel.get_legend().set(loc="upper center", bbox_to_anchor=(0.5, -0.16))
@@ -175,9 +178,9 @@ def _draw_walk(ax, log, title):
         x, y = landmark.p
         where = {"rotation": 90, "xytext": (10 * np.sign(x), 0)} if not y else {"xytext": (42, 0)}
         ax.annotate(landmark.id, (x, y), **where, **style)
-    ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start")
+    ax.plot(*log.truth[0, :2], "o", color=BLUE, ms=7, label="start", zorder=4)
     ax.plot(*pen_lifted(log.truth[:, :2], log.kidnapped).T, "-", color=BLUE, lw=1.6, label="true path")
     for k in range(0, len(log) + 1, 20):
         label = "heading, every 2 s" if k == 0 else None
-        ax.plot(*arrow(log.truth[k], 0.18).T, "-", color=VERMILION, lw=1.2, label=label)
+        ax.fill(*arrow(log.truth[k], 0.24).T, color=VERMILION, lw=0, label=label, zorder=3)
     legend_below(ax, 0.14, ncols=3, fontsize=9)

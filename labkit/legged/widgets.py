@@ -109,9 +109,9 @@ def in_words(log: FieldLog, history: History, finding: NDArray[np.bool_]) -> str
     """The figures of a walk with a kidnapping, in one line of text; finding (N,): whether the grid was at work."""
     distance, kidnapped = metrics.distances(history, log), log.kidnapped[0]
     steps = steps_until_found(distance[kidnapped + 1 :])
-    found = f"found again in {steps * DT:.1f} s" if np.isfinite(steps) else "never found again"
+    found = f"found again {steps * DT:.1f} s after it" if np.isfinite(steps) else "never found again"
     return (
-        f"before the kidnapping {100 * distance[60 : kidnapped + 1].mean():.1f} cm in the mean · after it {found} · "
+        f"before the kidnapping {100 * distance[60 : kidnapped + 1].mean():.1f} cm in the mean · {found} · "
         f"grid at work in {100 * finding.mean():.0f} % of the steps"
     )
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from labkit import metrics, replay
+from labkit import metrics, replay, wrap
 from labkit.legged import FuzzyGrid, Hybrid, LeggedRobot, race, steps_until_found
 
 from helpers.localizers import answer, ekf
@@ -20,6 +20,37 @@ def test_the_papers_wide_start_converges_mostly_and_without_a_gate_nearly_always
         runs = [(replay(ekf(log, x0, np.eye(3), gate=gate), log), log) for log, x0 in zip(walks, starts)]
         steps = [steps_until_found(metrics.distances(*run)[1:]) for run in runs]
         assert np.isfinite(steps).sum() >= least and np.nanmedian(steps) < 8
+
+
+def test_after_a_kidnapping_a_gate_refuses_what_is_right_and_without_one_most_come_back():
+    walks = [LeggedRobot("real", rng=seed).record(300, kidnap=150) for seed in SEEDS]
+    gated, free = ([replay(ekf(log, gate=gate), log) for log in walks] for gate in (13.8, np.inf))
+    ends = [np.array([metrics.distances(*run)[-1] for run in zip(runs, walks)]) for runs in (gated, free)]
+    assert np.median(ends[0]) > 2 and np.median(ends[1]) < 0.4 and 5 <= (ends[1] > 1).sum() <= 10
+    spread = [np.sqrt(run.P[160:, :2, :2].trace(axis1=1, axis2=2)) for run in gated]
+    assert 0.04 < np.median([one[0] for one in spread]) < 0.1 < np.median([one[-1] for one in spread]) < 0.25
+
+
+def test_half_of_the_false_alarms_move_a_filter_without_a_gate_by_half_a_metre():
+    moved, off, back = [], [], []
+    for seed in SEEDS:
+        log = LeggedRobot("real", rng=seed).record(300)
+        kf, errors, alarms = ekf(log, gate=np.inf), [], []
+        for k, (u, y) in enumerate(zip(log.controls, log.measurements())):
+            kf.predict(u)
+            true = [answer("h")(log.truth[k + 1], log.map[log.map.index(lm)]) for lm in y]
+            nu = [(abs(lm.p[0] - h[0]), abs(wrap(lm.p[1] - h[1]))) for lm, h in zip(y, true)]
+            lies = [one for one, h in zip(nu, true) if one[1] > 1 or one[0] > 0.7 * h[0]]
+            before = kf.xk_k
+            kf.update(y)
+            errors.append(np.hypot(*(kf.xk_k - log.truth[k + 1])[:2]))
+            if lies and np.hypot(*(before - log.truth[k + 1])[:2]) < 0.2:
+                moved.append(np.hypot(*(kf.xk_k - before)[:2]))
+                off.append(lies[0])
+                alarms.append(k)
+        back += [next((i for i, e in enumerate(errors[k + 1 :], 1) if e < 0.2), 300) for k in alarms]
+    assert 30 < len(moved) and 0.5 < np.median(moved) < 1 and np.median(back) > 20
+    assert (np.median(off, axis=0) > (1.2, np.pi / 2 - 0.1)).all()
 
 
 def test_measured_numbers_reach_p_by_side_roads():
