@@ -7,6 +7,7 @@ import sqlite3
 import sys
 import threading
 from argparse import Namespace
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from .console import Progress, stoppable
@@ -29,17 +30,22 @@ GRADED, SOME_NOT, CANNOT = 0, 1, 2
 KEPT = "The marks so far are kept: the same command goes on from here."
 
 
-@stoppable()
 def main(args: Namespace) -> int:
-    """Run the command with parsed arguments; returns the exit status."""
+    """Run `labkit grade` with parsed arguments; returns the exit status."""
+    return run("grade", grade, args)
+
+
+@stoppable()
+def run(name: str, work: Callable[[Namespace], int], args: Namespace) -> int:
+    """The exit status of a command that works on the folder args.out; whatever stops it is told in a sentence."""
     try:
-        return grade(args)
+        return work(args)
     except CommandError as problem:
-        print(f"labkit grade: {readable(str(problem))}", file=sys.stderr)
+        print(f"labkit {name}: {readable(str(problem))}", file=sys.stderr)
         return CANNOT
     except (OSError, sqlite3.Error) as error:  # of the disk, of what it prints to; the ExitStack has ended the rest
         said = sentence(error) if isinstance(error, OSError) else f"{args.out}: the gradebook: {trouble(error)}."
-        print(f"labkit grade: {readable(said)} {KEPT}", file=sys.stderr)
+        print(f"labkit {name}: {readable(said)} {KEPT}", file=sys.stderr)
         return CANNOT
     except KeyboardInterrupt:
         print(f"\nStopped. {KEPT}", file=sys.stderr)
@@ -55,7 +61,7 @@ def grade(args: Namespace) -> int:
     except OSError as error:
         raise CommandError(f"{out} cannot be made: {why(error)}.") from None
     with contextlib.ExitStack() as stack:
-        stack.enter_context(_alone(out))
+        stack.enter_context(alone(out))
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
@@ -76,13 +82,21 @@ def grade(args: Namespace) -> int:
             loading.join()
         if args.attempts == "best":
             book.choose_best(paper.lab)
-        from .report.output import write_all
+        return write_out(book, paper, out, args)
 
-        return write_all(book, paper, out, args)
+
+def write_out(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
+    """Write all tables and pages, those of the term too; the exit status of `write_all`. Raises CommandError."""
+    from .report.output import write_all
+    from .term.command import write_term
+
+    status = write_all(book, paper, out, args)
+    write_term(book, out)
+    return status
 
 
 @contextlib.contextmanager
-def _alone(out):
+def alone(out: Path) -> Iterator[None]:
     """Only one grader may use a folder at a time; the lock goes with the process, however it ends."""
     with open(out / ".lock", "w") as lock:
         try:

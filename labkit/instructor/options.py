@@ -10,8 +10,9 @@ LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be 
 
 
 def add(commands: Any) -> None:
-    """Add `build`, `grade`, `release` and `sandbox` to the subcommands of `labkit`, as argparse keeps them."""
+    """Add `build`, `grade`, `release`, `sandbox`, `similar` and `term` to the subcommands, as argparse keeps them."""
     _add_grade(commands)
+    _add_term(commands)
     make = commands.add_parser("release", help="make what students get (instructors)")
     make.add_argument("out", metavar="OUT", help="a new folder, or a file that ends in .zip")
     make.add_argument("--force", action="store_true", help="write over an older zip")
@@ -49,6 +50,12 @@ def _add_grade(commands):
     _add_rules(one)
     _add_machine(one)
     one.set_defaults(run=_grade)
+
+
+def _add_term(commands):
+    term = commands.add_parser("term", help="write one page over all labs of a class (instructors)")
+    term.add_argument("out", metavar="OUT", help="the folder that labkit grade wrote into")
+    term.set_defaults(run=_term)
 
 
 def _add_rules(one):
@@ -130,6 +137,13 @@ def _grade(args):
 
     args.jobs = args.jobs or command.cores()
     return command.main(args)
+
+
+def _term(args):
+    from . import command
+    from .term.command import term
+
+    return command.run("term", term, args)
 
 
 def _release(args):

@@ -156,7 +156,7 @@ ALLOWED = set(
         "html head meta title style body main header section h1 h2 h3 p ol ul li span div b i code bdi br a img figure "
         "figcaption table thead tbody tr th td details summary svg rect text line "
         "h4 h5 h6 blockquote pre em strong s hr math mrow mi mn mo mtext mspace mstyle mfrac msqrt msub msup msubsup "
-        "mover munder munderover mtable mtr mtd",
+        "mover munder munderover mtable mtr mtd nav",
     )
 )
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"

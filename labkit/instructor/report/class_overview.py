@@ -13,6 +13,7 @@ from .divided import lost
 from .names import labels
 from .pages import LOOKS, render
 from .texts import counted, plain
+from .ways import ways
 
 SIGNS = (PASSED, PARTLY, FAILED, NOT_RUN, ERROR)
 LEFT, WIDTH, TALLEST = 10, 700, 110  # of the chart's bars, in units of its drawing
@@ -98,6 +99,7 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
     return render(
         "class",
         title=title,
+        ways=ways(results[0].lab, "class") if results else (),
         graded=len(graded),
         waiting=sum(result.open for result in graded),
         blank=sum(result.blank for result in graded),

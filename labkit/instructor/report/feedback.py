@@ -10,6 +10,7 @@ from .divided import divided
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
 from .texts import final, is_blank, plain
+from .ways import ways
 
 
 class Entry(NamedTuple):
@@ -71,6 +72,7 @@ def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: D
         "feedback",
         result=result,
         title=title,
+        ways=ways(result.lab, "", "../../"),
         most=result.max_points or sum(check.points for check in checks),
         origin=_origin(result),
         notes=_notes(result),

@@ -33,6 +33,12 @@ def labels(results: Sequence[Result]) -> list[str]:
     return told
 
 
+def page_names(results: Sequence[Result]) -> dict[str, str]:
+    """{label: file name of the page} of one lab's results, all of them, in the gradebook's order."""
+    taken: set[str] = set()
+    return {label: file_name(label, taken) for label in labels(results)}
+
+
 def file_name(label: str, taken: set[str]) -> str:
     """A file name for a student's page, safe everywhere and not in the set `taken`, to which it is added.
 

@@ -15,7 +15,7 @@ from .feedback import feedback_page
 from .figures import Drawer
 from .gradebook import Gradebook
 from .moodle import fill_moodle, rows_of
-from .names import file_name, labels
+from .names import page_names
 from .send_back import send_back
 from .sheet import Sheet
 from .tables import write_grades, write_summary, written_for_excel
@@ -58,10 +58,8 @@ def _feedback(book: Gradebook, paper: Paper, out: Path, results: Sequence[Result
     """Write a page for each student; returns {label: file name} of them."""
     folder = out / "feedback" / paper.lab
     folder.mkdir(parents=True, exist_ok=True)
-    drawer, taken = Drawer(), set[str]()
-    pages = {}
-    for label, result in zip(labels(results), results):
-        name = pages[label] = file_name(label, taken)
+    drawer, pages = Drawer(), page_names(results)
+    for name, result in zip(pages.values(), results):
         seen = replace(result, figure=book.figure(result.id))  # a copy, since a class's figures are heavy
         files.write(folder / name, feedback_page(seen, paper.checks, paper.title, drawer))
     return pages

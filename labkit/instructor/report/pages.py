@@ -4,7 +4,7 @@ import base64
 import re
 from typing import NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from .. import records
@@ -60,16 +60,24 @@ def render(template: str, **context: object) -> str:
     return _ENVIRONMENT.get_template(f"{template}.html.j2").render(context)
 
 
-# What a template says without a filter is cut and cleaned too, and then escaped: forgetting one does no harm.
-_ENVIRONMENT = Environment(
-    loader=PackageLoader(__package__),
-    autoescape=True,
-    finalize=lambda value: value if isinstance(value, Markup) else cut(value),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
-_ENVIRONMENT.filters.update(cut=cut, prose=prose, plain=plain, counted=counted, markdown=markdown)
-_ENVIRONMENT.globals.update(
-    TITLE=TITLE, LINE=LINE, ANSWER=ANSWER, RUBRIC=RUBRIC, LINES=LINES, LONG=LONG, MANY=MANY, TOP=TOP
-)
+def environment(*packages: str) -> Environment:
+    """What makes pages of the templates of these packages, looked for in this order.
+
+    What a template says without a filter is cut and cleaned too, and then escaped: forgetting one does no harm.
+    """
+    made = Environment(
+        loader=ChoiceLoader([PackageLoader(package) for package in packages]),
+        autoescape=True,
+        finalize=lambda value: value if isinstance(value, Markup) else cut(value),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters.update(cut=cut, prose=prose, plain=plain, counted=counted, markdown=markdown)
+    made.globals.update(
+        TITLE=TITLE, LINE=LINE, ANSWER=ANSWER, RUBRIC=RUBRIC, LINES=LINES, LONG=LONG, MANY=MANY, TOP=TOP
+    )
+    return made
+
+
+_ENVIRONMENT = environment(__package__)

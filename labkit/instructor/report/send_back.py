@@ -14,6 +14,7 @@ from .names import labels
 from .texts import clean
 
 FOLDER = "assignsubmission_file_"
+_LEAD = re.compile(rb'<nav [^<>]* id="instructor">.*?</nav>', re.DOTALL)  # it leads nowhere from where a student reads
 
 
 def send_back(
@@ -41,7 +42,8 @@ def send_back(
     def pack(file: BinaryIO) -> None:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, page in found.items():
-                archive.write(page, name)
+                kept = _LEAD.sub(b"", page.read_bytes(), 1)
+                archive.writestr(zipfile.ZipInfo.from_file(page, name), kept, zipfile.ZIP_DEFLATED)
 
     files.write(path, pack)
 

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from .. import files
@@ -16,8 +16,6 @@ SUMMARY = (
     *("student", "identifier", "lab", "points", "max_points", "percent", "open", "late", "handed_in", "source"),
     *("sandbox_level", "notes", "blank"),
 )
-
-NUMBERS = {"points", "max_points", "percent"}
 
 
 def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> None:
@@ -35,7 +33,7 @@ def write_grades(path: Path, results: Sequence[Result], excel: bool = False) -> 
         for mark in result.marks:
             points, status = ("" if mark.points is None else plain(mark.points)), mark.status
             rows.append((name, result.lab, mark.check, points, plain(mark.max_points), status, mark.reason))
-    _write(path, GRADES, rows, excel)
+    write_rows(path, GRADES, rows, excel)
 
 
 def written_for_excel(path: Path) -> bool:
@@ -60,16 +58,26 @@ def write_summary(path: Path, results: Sequence[Result], excel: bool = False) ->
         marks = (result.lab, points, plain(result.max_points), percent, result.open)
         origin = ("yes" if result.late else "", when, result.source, result.level)
         rows.append((name, result.identifier, *marks, *origin, notes, result.blank))
-    _write(path, SUMMARY, rows, excel)
+    write_rows(path, SUMMARY, rows, excel)
 
 
-def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]], excel: bool) -> None:
+def write_rows(
+    path: Path,
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    excel: bool,
+    numbers: Collection[str] = ("points", "max_points", "percent"),
+) -> None:
+    """Write a table of which no cell is a formula; numbers: columns that get decimal commas if `excel`.
+
+    Raises CommandError: it cannot be written.
+    """
     text = io.StringIO()
     comma = ";" if excel else ","
     table = csv.writer(text, delimiter=comma)
     table.writerow(header)
-    numbers = {at for at, name in enumerate(header) if excel and name in NUMBERS}
+    places = {at for at, name in enumerate(header) if excel and name in numbers}
     for row in rows:
         cells = [guard(cell, comma) for cell in row]
-        table.writerow([cell.replace(".", ",") if at in numbers else cell for at, cell in enumerate(cells)])
+        table.writerow([cell.replace(".", ",") if at in places else cell for at, cell in enumerate(cells)])
     files.write(path, text.getvalue().encode("utf-8-sig"))  # with the mark, Excel takes it for UTF-8

@@ -8,6 +8,7 @@ from ..records import BY_HAND, OPEN, Check, Result
 from .names import labels
 from .pages import LOOKS, Look, render
 from .texts import counted, is_blank
+from .ways import ways
 
 Given = tuple[str, float | None]  # a student's label, and the points, None while the answer waits to be read
 
@@ -36,7 +37,8 @@ class Question(NamedTuple):
 def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str) -> str:
     """The HTML of all written answers to one lab, question by question, for the instructor."""
     named = list(zip(labels(results), results))
-    return render("to_mark", title=title, questions=[_question(check, named) for check in checks if check.hand])
+    questions = [_question(check, named) for check in checks if check.hand]
+    return render("to_mark", title=title, ways=ways(results[0].lab, "marking") if results else (), questions=questions)
 
 
 def _question(check: Check, named: Sequence[tuple[str, Result]]) -> Question:

@@ -107,6 +107,8 @@ def test_each_member_of_a_group_gets_the_mark_and_the_page(book, tmp_path, capsy
     )
     with zipfile.ZipFile(tmp_path / "feedback-lab3.zip") as archive:
         names = archive.namelist()
+        assert not any(b"class-lab3" in archive.read(name) for name in names)  # it is not where a student reads
+    assert b"../../class-lab3.html" in (tmp_path / "feedback" / "lab3" / "Group-A.html").read_bytes()
     assert "Group A_7_assignsubmission_file/Group-A.html" in names
     assert "Group B_203_assignsubmission_file_Group-B.html" in names
     assert "Cleo_201_assignsubmission_file_/Group-A.html" in names

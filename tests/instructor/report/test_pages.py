@@ -83,7 +83,7 @@ def test_colours_can_be_read_in_both_themes_and_on_paper():
         parts = np.array([int(color[i : i + 2], 16) for i in (0, 2, 4)]) / 255
         return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
 
-    style = re.search("<style>(.*)</style>", pages.render("to_mark", title="t", questions=[]), re.DOTALL)[1]
+    style = re.search("<style>(.*)</style>", pages.render("to_mark", title="t", ways=[], questions=[]), re.DOTALL)[1]
     themes = [dict(re.findall(r"--(\w+): #(\w+)", part)) for part in re.findall(r":root \{.*?\}", style, re.DOTALL)]
     assert len(themes) == 3
     for theme in themes:

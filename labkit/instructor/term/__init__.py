@@ -1,0 +1,1 @@
+"""A term: one page over all labs of a gradebook, and similar code side by side."""
