@@ -16,7 +16,7 @@ from labkit.instructor.records import CommandError
 from labkit.notebook.shell import Nothing
 from labkit.notebook.source import python
 
-from helpers.reference import LABS, ROOT
+from helpers.reference import COURSE, LABS, ROOT
 
 
 def script(lab):
@@ -151,7 +151,7 @@ def lines(cell):
 YET = {"08": (0, 0, 0, 44, 0)}
 
 
-@pytest.mark.parametrize("lab", LABS)
+@pytest.mark.parametrize("lab", COURSE)
 def test_a_lab_is_one_sitting(lab):
     """Open exercises, which bring no marks, count too; lab 8 holds nothing else."""
     most_cells, most_answers, most_given, longest, guesses = YET.get(lab[:2], (45, 5, 150, 15, 3))

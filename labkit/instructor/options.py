@@ -10,7 +10,7 @@ LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be 
 
 
 def add(commands: Any) -> None:
-    """Add `build`, `grade`, `release`, `sandbox`, `similar` and `term` to the subcommands, as argparse keeps them."""
+    """Add `build`, `grade`, `new`, `release`, `sandbox`, `similar` and `term` to the subcommands, as argparse keeps them."""
     _add_grade(commands)
     _add_term(commands)
     make = commands.add_parser("release", help="make what students get (instructors)")
@@ -26,6 +26,10 @@ def add(commands: Any) -> None:
     build.add_argument("--check", action="store_true", help="write nothing; fail if something is out of date")
     build.add_argument("--no-run", action="store_true", help="do not run the solutions")
     build.set_defaults(run=_build)
+
+    new = commands.add_parser("new", help="begin a lab of your own (instructors)")
+    new.add_argument("name", metavar="NAME", help="two digits and a name, such as 09_my_lab")
+    new.set_defaults(run=_new)
 
 
 def _add_grade(commands):
@@ -166,3 +170,9 @@ def _build(args):
     if status or args.no_run:
         return status
     return bite.main(build.ROOT, args.names, check=args.check)
+
+
+def _new(args):
+    from .authoring import new
+
+    return new.main(args.name)

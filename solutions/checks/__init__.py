@@ -1,32 +1,11 @@
 """What the checks ask, which other right answers there are, and which mistakes students make.
 
-Only maintainers need this: `labkit build` turns it into the numbers in labkit/checks/data.
+Only maintainers need this: `labkit build` turns it into the numbers in labkit/checks/data. Each module in here that
+has a list CHECKS brings its checks; a new lab brings a module.
 """
 
-from . import (
-    cartesian,
-    cartesian_parts,
-    formation,
-    fuzzy,
-    legged,
-    legged_parts,
-    mismatch,
-    range_bearing,
-    range_bearing_parts,
-    team,
-    team_parts,
-)
+from importlib import import_module
+from pkgutil import iter_modules
 
-CHECKS = [
-    *cartesian_parts.CHECKS,
-    *cartesian.CHECKS,
-    *mismatch.CHECKS,
-    *range_bearing_parts.CHECKS,
-    *range_bearing.CHECKS,
-    *legged_parts.CHECKS,
-    *legged.CHECKS,
-    *fuzzy.CHECKS,
-    *team_parts.CHECKS,
-    *formation.CHECKS,
-    *team.CHECKS,
-]
+modules = [import_module(f"{__name__}.{found.name}") for found in iter_modules(__path__)]
+CHECKS = [check for module in modules for check in getattr(module, "CHECKS", [])]

@@ -6,15 +6,12 @@ parts and outputs gone.  The markers are nbgrader's.
 """
 
 import ast
-import os
 import re
 import sys
 from collections.abc import Collection
 from pathlib import Path
 
 import nbformat
-from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
 from nbconvert.preprocessors import ClearOutputPreprocessor, TagRemovePreprocessor
 from nbformat import NotebookNode
 from traitlets.config import Config
@@ -22,10 +19,10 @@ from traitlets.config import Config
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
-from . import given, glossary, numbers, percent, spec
+from . import given, glossary, numbers, percent, proof, spec
+from .executed import StoppedError, execute, joined
 
 ROOT = Path(__file__).resolve().parents[3]
-WIDGET = "application/vnd.jupyter.widget-view+json"
 
 _SOLUTION = re.compile(r"^([ \t]*)### BEGIN SOLUTION\n(.*?)^[ \t]*### END SOLUTION\n?", re.M | re.S)
 _HIDDEN = re.compile(r"^[ \t]*### BEGIN HIDDEN TESTS\n.*?^[ \t]*### END HIDDEN TESTS\n?", re.M | re.S)
@@ -40,12 +37,16 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
         return 2
     problems = []
     try:
+        known = {one.name for one in spec.definitions(ROOT)}
+        if problems := [problem for script in scripts for problem in proof.problems(script, known)]:
+            print("\n".join(problems), file=sys.stderr)
+            return 1
         if check:
             problems += [f"labkit/checks/data/{name}.json is out of date" for name in numbers.stale(ROOT)]
             problems += ["labkit/notebook/given.json is out of date"] if given.stale(ROOT) else []
             problems += [f"{glossary.PAGE} is out of date"] if glossary.stale(ROOT) else []
         else:
-            numbers.write(ROOT)
+            numbers.write(ROOT, labs=names)
         for script in scripts:
             if check:
                 problems += compare(script, run)
@@ -61,7 +62,8 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
     if problems and check:
         print("Run `labkit build` and commit what it writes.", file=sys.stderr)
     elif not problems:
-        print(f"{len(scripts)} labs {'are up to date' if check else 'built'}.")
+        what = f"{len(scripts)} lab{'s' if len(scripts) != 1 else ''}"
+        print(f"{what} {'up to date' if check else 'built'}.")
     return 1 if problems else 0
 
 
@@ -117,26 +119,6 @@ def teacher(notebook: NotebookNode) -> NotebookNode:
     return copy
 
 
-def execute(notebook: NotebookNode, folder: Path) -> NotebookNode:
-    """A copy of the notebook, run in `folder`, with its outputs. Raises CommandError if a cell stops."""
-    copy = nbformat.from_dict(notebook)
-    # Where no window can open, figures go into the notebook all the same.
-    os.environ.setdefault("PYTHONUTF8", "1")
-    try:
-        NotebookClient(copy, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
-    except CellExecutionError as error:
-        raise CommandError(f"a solution stops:\n{error}") from error
-    copy.metadata.pop("widgets", None)
-    for cell in copy.cells:
-        cell.metadata.pop("execution", None)
-        if "outputs" in cell:
-            cell.outputs = _joined(cell.outputs)
-        for output in cell.get("outputs", []):
-            # A stored widget is dead without its kernel and would hide the picture stored beside it.
-            output.get("data", {}).pop(WIDGET, None)
-    return copy
-
-
 def write(script: Path, run: bool = True) -> None:
     """Write both notebooks of a script. Raises CommandError."""
     notebook = notebook_of(script)
@@ -148,7 +130,16 @@ def write(script: Path, run: bool = True) -> None:
         _keep_outputs(made, target)
     _save(made, target)  # before it runs, as the exam in it reads the answers there
     if run:
-        _save(execute(teacher(notebook), script.parent), target)
+        _save(_run(script, notebook), target)
+
+
+def _run(script, notebook):
+    try:
+        return execute(teacher(notebook), script.parent)
+    except StoppedError as stop:
+        number, line, says = stop.args
+        id = notebook.cells[number].id
+        raise CommandError(f"{percent.place(script, number, line)}, cell '{id}', stops: {says}") from None
 
 
 def _students(script):
@@ -160,7 +151,7 @@ def _keep_outputs(made, target):
     old = {cell.id: cell for cell in read(target)}
     for cell in made.cells:
         if cell.cell_type == "code" and cell.id in old and old[cell.id].source == cell.source:
-            cell.outputs = _joined(old[cell.id].stored["outputs"])
+            cell.outputs = joined(old[cell.id].stored["outputs"])
             cell.execution_count = old[cell.id].stored["execution_count"]
 
 
@@ -170,7 +161,7 @@ def compare(script: Path, run: bool = True) -> list[str]:
     problems = _drift(_students(script), student(notebook), script) + _drift(target, teacher(notebook), script)
     if problems or not run:  # run with the answers of another notebook, the exam's cells would tell nothing
         return problems
-    fresh = execute(teacher(notebook), script.parent)
+    fresh = _run(script, notebook)
     return [
         f"{_where(target)}: cell '{new.id}' prints something else when it is run"
         for old, new in zip(read(target), fresh.cells)
@@ -198,22 +189,8 @@ def _where(path):
 
 
 def _texts(cell):
-    outputs = _joined(cell.get("outputs", []))
+    outputs = joined(cell.get("outputs", []))
     return ["".join(out.get("text") or out.get("data", {}).get("text/plain") or "") for out in outputs]
-
-
-def _joined(outputs):
-    """Outputs with what was printed in one go in one piece: how many messages it came in is chance."""
-    joined = []
-    for output in map(nbformat.from_dict, outputs):
-        last = joined[-1] if joined else {}
-        if output.output_type == "stream" == last.get("output_type") and output.name == last.name:
-            last.text += "".join(output.text)
-        else:
-            joined.append(output)
-            if output.output_type == "stream":
-                output.text = "".join(output.text)  # a file may hold it as a list of lines
-    return joined
 
 
 def _save(notebook, path):

@@ -5,6 +5,7 @@ there are, and which mistakes students make; see `labkit.instructor.authoring.sp
 """
 
 import json
+from collections.abc import Collection
 from dataclasses import fields
 from inspect import signature
 from pathlib import Path
@@ -24,9 +25,12 @@ from .spec import Check, answers, build, definitions
 from .stored import as_text, pack, short
 
 
-def generate(root: Path, verify: bool = True) -> dict[str, dict]:
-    """{name: data} of all checks, made from the solutions under `root`; verify: as in `make`."""
-    checks = definitions(root)
+def generate(root: Path, verify: bool = True, labs: Collection[str] = ()) -> dict[str, dict]:
+    """{name: data} of the checks of these labs, by default all, made from the solutions under `root`.
+
+    verify: as in `make`. Raises CommandError.
+    """
+    checks = [check for check in definitions(root) if not labs or check.lab in labs]
     sources = {lab: answers(percent.cells(root / "solutions" / f"{lab}.py")) for lab in {check.lab for check in checks}}
     return {check.name: make(check, sources[check.lab], verify) for check in checks}
 
@@ -159,11 +163,11 @@ def _shake(value, k):
     return value * (1 + 1e-9 * np.sin(7.0 * k)) if isinstance(value, float) else value
 
 
-def write(root: Path, folder: Path = DATA) -> list[str]:
-    """Write the data of all checks; leave alone what is alike, and remove those of checks that are gone."""
-    made = generate(root)
+def write(root: Path, folder: Path = DATA, labs: Collection[str] = ()) -> list[str]:
+    """Write the data of the checks of these labs, by default all; leave alone what is alike, remove what is gone."""
+    made = generate(root, labs=labs)
     folder.mkdir(exist_ok=True)
-    for name in _unlike(made, folder):
+    for name in _unlike(made, folder, labs=labs):
         path = folder / f"{name}.json"
         if name in made:
             files.write(path, as_text(made[name]))
@@ -177,8 +181,9 @@ def stale(root: Path, folder: Path = DATA, verify: bool = True) -> list[str]:
     return _unlike(generate(root, verify), folder, () if verify else ("pairs",))
 
 
-def _unlike(made, folder, but=()):
+def _unlike(made, folder, but=(), labs=()):
     kept = {p.stem: json.loads(p.read_text(encoding="utf-8")) for p in folder.glob("*.json")}
+    kept = {name: data for name, data in kept.items() if not labs or data["lab"] in labs}
     kept = {name: {key: part for key, part in data.items() if key not in but} for name, data in kept.items()}
     return sorted(n for n in made.keys() | kept.keys() if not _alike(made.get(n), kept.get(n)))
 

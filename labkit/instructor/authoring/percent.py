@@ -26,7 +26,7 @@ def notebook(script: Path) -> NotebookNode:
         kind = "show" if cell.cell_type == "code" else "text"
         cell.id = cell.metadata.pop("id", f"{kind}-{number:02d}")
         if cell.id in ids:
-            raise CommandError(f"{script.name}: two cells have the id '{cell.id}'")
+            raise CommandError(f"{place(script, number - 1)}: two cells have the id '{cell.id}'")
         ids.add(cell.id)
         roles = [role for role in ROLES if role in tags and "hidden" not in tags]
         cell.metadata["labkit"] = role = roles[0] if roles else kind
@@ -40,6 +40,13 @@ def notebook(script: Path) -> NotebookNode:
 def cells(script: Path) -> list[Cell]:
     """The cells in a script. Raises CommandError for an id that comes twice."""
     return cells_of(notebook(script), script)
+
+
+def place(script: Path, number: int, line: int = 0) -> str:
+    """Where a line of the cell with this number (from 0 on) is, 0 for its head: 'solutions/09_my_lab.py, line 30'."""
+    lines = enumerate(script.read_text(encoding="utf-8").splitlines(), 1)
+    heads = [at for at, text in lines if text.startswith("# %%")]
+    return f"solutions/{script.name}" + (f", line {heads[number] + line}" if number < len(heads) else "")
 
 
 def unmade(id: str, source: str) -> str:

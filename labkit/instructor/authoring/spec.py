@@ -8,6 +8,7 @@ import ast
 import importlib.util
 import re
 import sys
+import traceback
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -72,13 +73,27 @@ class Check:
 
 
 def definitions(root: Path | str) -> list[Check]:
-    """The checks that the package solutions/checks under `root` defines in its list CHECKS."""
+    """The checks that the package solutions/checks under `root` defines in its list CHECKS.
+
+    Raises CommandError for a module in it that stops, with the line.
+    """
     path = Path(root) / "solutions" / "checks" / "__init__.py"
     spec = importlib.util.spec_from_file_location("labkit_solution_checks", path)
     assert spec and spec.loader  # which is so for any file that ends in .py
     package = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(package)
+    try:
+        spec.loader.exec_module(package)
+    except Exception as error:  # written by the author of a lab, and may raise anything
+        raise CommandError(f"{_raised(error, path.parent)}: {type(error).__name__}: {error}") from error
     return package.CHECKS
+
+
+def _raised(error, folder):
+    """The last line in the folder's files that an exception went through: 'solutions/checks/my_lab.py, line 12'."""
+    steps = [(step.filename, step.lineno) for step in traceback.extract_tb(error.__traceback__)]
+    steps += [(error.filename, error.lineno)] if isinstance(error, SyntaxError) else []
+    name, line = [(Path(name).name, line) for name, line in steps if Path(name or "").parent == folder][-1]
+    return f"solutions/checks/{name}, line {line}"
 
 
 def answers(cells: Sequence[Cell], forms: Sequence[Form] | None = None) -> str:

@@ -34,7 +34,7 @@ def test_a_file_whose_numbers_are_alike_is_left_alone(tmp_path, monkeypatch):
             }
             for name, value in values.items()
         }
-        monkeypatch.setattr(numbers, "generate", lambda root: made)
+        monkeypatch.setattr(numbers, "generate", lambda root, labs: made)
         assert numbers.write(tmp_path, tmp_path) == sorted(values)
         return {path.stem: json.loads(path.read_text("utf-8"))["scenarios"][0]["right"] for path in tmp_path.iterdir()}
 

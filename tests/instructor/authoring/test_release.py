@@ -131,7 +131,7 @@ def test_no_solution_and_no_hidden_cell_is_in_it(kit):
             texts[path] = (kit / path).read_text(encoding="utf-8").replace(r"\"", '"')
     for lab in LABS:
         lines = list(secrets(lab))
-        assert len(lines) > 10
+        assert lines
         also_told = [line for line in lines if line in shown]
         assert len(also_told) <= 3, also_told  # a hint says it in so many words
         for line in set(lines) - set(also_told):
