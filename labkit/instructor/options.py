@@ -10,7 +10,7 @@ LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be 
 
 
 def add(commands: Any) -> None:
-    """Add `build`, `grade`, `new`, `release`, `sandbox`, `similar` and `term` to the subcommands, as argparse keeps them."""
+    """Add the instructors' commands to the subcommands of `labkit`, as argparse keeps them."""
     _add_grade(commands)
     _add_term(commands)
     make = commands.add_parser("release", help="make what students get (instructors)")
