@@ -174,7 +174,7 @@ def _gate(single):
     k = int(np.flatnonzero(came != (d2 < limits))[0]) if (came != (d2 < limits)).any() else 0
     thing = "a landmark" if single.probed.probes[list(asked)[k]].get("first", 1) == 1 else "a reading"
     what = "is let pass" if came[k] else "is left out"
-    text = f"With gate={limits[k]:g} {thing} whose d2 is {number_text(d2[k])} {what}"
+    text = f"With gate={limits[k]:g} {thing} whose d2 is {number_text(d2[k], size=limits[k])} {what}"
     part = "d2" if not kept and "as if" in told else "gate"  # where it shows in the gate only
     return [Finding(part, f"The gate: {text[0].lower()}{text[1:]}{told}.", value)]
 

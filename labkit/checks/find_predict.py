@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .findings import Finding, Probed, acts, close, number_text, trait
+from .findings import Finding, Probed, acts, beside, close, number_text, trait
 from .wraps import headings
 
 
@@ -53,7 +53,7 @@ def _motion(probed):
     probe, how = probed.probes[id], _how(probed, values)
     options = "".join(f" with {name}={value}" for name, value in probe["make"][1].items() if name != "gate")
     call = f"`predict({number_text(np.array(probe['calls'][-1][1]))})`{options}"
-    text = f"{call} moves {probed.x} by {number_text(came)}, right is {number_text(right)}{f' ({how})' if how else ''}."
+    text = f"{call} moves {probed.x} by {beside(came, right)}{f' ({how})' if how else ''}."
     return [Finding("motion", text, value)]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from .find_gate import in_gain_only, surprises
 from .find_several import several
-from .findings import Finding, Probed, acts, close, number_text, trait
+from .findings import Finding, Probed, acts, beside, close, number_text, trait
 from .gain_words import OTHER_WAY
 from .gains import explained
 from .line_of_p import covariance, hidden
@@ -122,7 +122,7 @@ def _replaced(single):
         return [_instead(single)]
     single.replaced = False
     a, r = single.pairs["one"]
-    text = f"{x} moves by {number_text(a.moved)}, right is {number_text(r.moved)}"
+    text = f"{x} moves by {beside(a.moved, r.moved)}"
     told = f"{text}: not all of that comes from the innovation. Look at the line that sets {x}."
     return [Finding("estimate", told, [a.moved])]
 

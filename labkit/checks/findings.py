@@ -55,9 +55,14 @@ def alike(a: Sequence[Any], b: Sequence[Any]) -> bool:
 
 def acts(came: Array, right: Array, trait: str = "") -> str:
     """'acts as [1, 2], right is [3, 4]', arrays (...,), with what else is known of the two."""
-    size = max(np.abs(came).max(initial=0.0), np.abs(right).max(initial=0.0))
-    texts = [number_text(np.where(np.abs(part) < 1e-5 * size, 0.0, part)) for part in (came, right)]
-    return f"acts as {texts[0]}, right is {texts[1]}" + (f" ({trait})" if trait else "")
+    size = 1e4 * max(np.abs(came).max(initial=0.0), np.abs(right).max(initial=0.0))  # it is read off differences
+    return f"acts as {beside(came, right, size)}" + (f" ({trait})" if trait else "")
+
+
+def beside(came: Array, right: Array, size: float = 0.0) -> str:
+    """'[1, 2], right is [3, 4]', arrays (...,); of what is nothing beside the largest of both, or this size, 0."""
+    size = np.nanmax(np.abs([size, *np.ravel(came), *np.ravel(right)]))
+    return f"{number_text(came, size=size)}, right is {number_text(right, size=size)}"
 
 
 def trait(

@@ -91,7 +91,8 @@ def _value(name, v, other=None):
             i, j = np.unravel_index(np.abs(v - other).argmax(), v.shape)
             return f"{name}[{i}, {j}] = {number_text(v[i, j])} (the diagonal is right)"
         return f"diagonal of {name} = {number_text(np.diag(v))}"
-    return (f"{name} = " if name else "") + number_text(v)
+    size = 0.0 if other is None or isinstance(other, str) else np.nanmax(np.abs([0, *np.ravel(other)]))
+    return (f"{name} = " if name else "") + number_text(v, size=size)
 
 
 def call_text(scenario: Scenario, call: int) -> str:
@@ -144,7 +145,7 @@ def _compare(came, right, name):
         return "NaN means 'not a number': look for a division by zero, or the root of a negative number."
     top = np.unravel_index(np.abs(right).argmax(), right.shape)
     factor = came[top] / right[top] if right[top] else 0
-    if factor and gap_of(came, factor * right) <= 1:
+    if abs(factor) > 1e-9 and gap_of(came, factor * right) <= 1:
         if abs(factor + 1) < 1e-3:
             return f"{name} has the other sign."
         return f"{name} is {factor:.4g} times the expected value." if right.size > 1 else ""

@@ -44,14 +44,18 @@ def frozen(numbers: Any, dtype: type = float) -> NDArray:
     return array
 
 
-def number_text(value: Any, digits: int = 4) -> str:
-    """A text or an array, its numbers rounded to four digits: '[1.234, -0.5]'."""
+def number_text(value: Any, digits: int = 4, size: float = 0.0) -> str:
+    """A text or an array, its numbers rounded to four digits: '[1.234, -0.5]'.
+
+    size: of numbers beside it; what is nothing beside these, or beside the largest of its own, is 0: rounding made it.
+    """
     if isinstance(value, str):
         return repr(value)
+    size = np.nanmax(np.abs([size, *np.ravel(value)]))
     if value.ndim == 0:
-        return "NaN" if np.isnan(value) else f"{value + 0.0:.{digits}g}"
+        return "NaN" if np.isnan(value) else f"{value if abs(value) > 1e-9 * size else 0.0:.{digits}g}"
     digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
-    return "[" + ", ".join([number_text(v, digits) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+    return "[" + ", ".join([number_text(v, digits, size) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
 
 
 def same() -> str:

@@ -22,7 +22,8 @@ def far(single: Single) -> list[Finding]:
         for j, row in enumerate(single.probed.rows):
             if abs(came[j] - right[j]) > 0.03 + 0.02 * np.abs(right).max():
                 unit = " rad" if row == "bearing" else " m"
-                text = f"An innovation whose {row} should be {right[j]:.3g}{unit} acts as {came[j]:.3g}{unit}"
+                texts = [number_text(v[j], 3, np.abs(right).max()) + unit for v in (right, came)]
+                text = f"An innovation whose {row} should be {texts[0]} acts as {texts[1]}"
                 return [Finding("wrap", f"{text}{_how(pairs, j, row)}.", [c for c, _ in pairs])]
     return []
 

@@ -5,7 +5,7 @@ from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 from .cartesian_parts import BY_PLACE, EXPECTED_MISTAKES, FIND, LAB, MAP, NAMES, PLACE_IN_MAP, SEEN
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
-from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, update_scenarios, with_update
+from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, gated, update_scenarios, with_update
 from .probes import WEIGHTS, XY_MAP, drawn, probing
 
 R = [[0.04, 0.02], [0.02, 0.09]]
@@ -19,8 +19,9 @@ SCENARIOS = [
     scenario("two", "update with two landmarks", [3, 1]),
     scenario("four", "update with four landmarks, in another order than in the map", [4, 0, 3, 2]),
     scenario("twice", "two updates, one after the other, dt = 0.5 s", [4], [1, 0], dt=0.5),
-    drive(R, "xy", seed=11),
+    drive(R, "xy", seed=16),
     scenario("names", "landmarks with other names", [(12, 0), (7, 2), (3, 1)], map=NAMES, advice=BY_PLACE),
+    gated(R, MAP, (MAP[0][0], [30.0, -20.0])),
 ]
 
 # A sequential update, one landmark after the other.

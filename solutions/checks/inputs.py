@@ -15,6 +15,11 @@ KEEPS = (
     "the filter finds other numbers there afterwards. It is safer to keep copies, in `__init__`."
 )
 
+GATED = (
+    "Your filter leaves out a measurement that is very far from what it expects: a gate of your own. That is a good idea, "
+    "and lab 4 will have one. But then a filter that is itself far off refuses what is right."
+)
+
 
 def filter_scenario(id, title, R, map, calls, dt=0.25, **more):
     """Inputs for a filter that starts at X0, P0; calls are ('predict', u) or ('update', [(id, p), ...])."""
@@ -36,14 +41,17 @@ def first_scenarios(R, map):
     ]
 
 
-def drive(R, sensor, seed):
-    """The scenario of 40 steps among 14 landmarks, some of them in the dark."""
+def drive(R, sensor, seed, most=9):
+    """The scenario of 40 steps among 14 landmarks, some of them in the dark, most of them in view at once.
+
+    A right filter may leave out what is beyond 3 sigma: take a seed without such.
+    """
     rng = np.random.default_rng(seed)
     world = random_map(14, rng)
     log = simulate(Robot(X0, np.array(Q), np.array(R), type=sensor, rng=rng), world, steps=40)
     calls = []
     for u, y in zip(log.controls, log.measurements()):
-        calls += [("predict", u.tolist()), ("update", [(lm.id, lm.p.round(4).tolist()) for lm in y])]
+        calls += [("predict", u.tolist()), ("update", [(lm.id, lm.p.round(4).tolist()) for lm in y[:most]])]
     places = [[lm.id, *lm.p.round(4).tolist()] for lm in world]
     return filter_scenario("drive", "a drive of 40 steps", R, places, calls, at=[2, 10, 40, 80])
 
@@ -72,10 +80,17 @@ IN_PLACE = [  # the handout's constructor, and a filter that changes what it was
 ]
 
 
+def gated(R, map, seen):
+    """The scenario of one measurement that no gate lets pass: a note for who has one."""
+    stays = [[X0, P0]] * 2, None
+    title = "a measurement that cannot be"
+    return filter_scenario("gated", title, R, map, [("update", [seen])], advice=GATED, kept=stays)
+
+
 def update_scenarios(R, seen, home):
     """A function that makes scenarios of updates for one sensor; `seen` has a measurement for each id."""
 
-    def scenario(id, title, *updates, map=home, **more):
+    def scenario(id, title, *updates, map=home, R=R, **more):
         """Updates, each with the landmarks of these ids; a tuple (name, id) is seen under another name."""
         pairs = [[(i, i) if isinstance(i, int) else i for i in ids] for ids in updates]
         calls = [("update", [(name, seen[i]) for name, i in ids]) for ids in pairs]

@@ -1,10 +1,12 @@
 """Lab 3: the extended Kalman filter with ranges and bearings."""
 
+from itertools import permutations
+
 from labkit.instructor.authoring.spec import Check, Mistake, Parts, Right
 
 from .in_predict import CONSTRUCTOR, PREDICT
 from .in_update import FORMS, JOSEPH, SHORT, K, P, update_mistakes
-from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, update_scenarios, with_update
+from .inputs import FLOAT32, IN_PLACE, drive, first_scenarios, gated, update_scenarios, with_update
 from .probes import RB_MAP, WEIGHTS, drawn, probing
 from .range_bearing_parts import CENTRAL, FORWARD, H_LINES, H_MISTAKES, J_LINES, JACOBIAN_MISTAKES, LAB, MAP, MATH, ROWS
 
@@ -29,19 +31,21 @@ SCENARIOS = [
     scenario("behind", "update with a landmark behind the robot (third quadrant)", [3]),
     scenario("axis", "update with a landmark straight above the robot", [5]),
     scenario("back", "a bearing that crosses from pi to -pi", [2]),
-    scenario("turned", "a bearing that is more than a quarter turn off", [(0, 7)]),
+    scenario("turned", "a bearing that is more than a quarter turn off", [(0, 7)], R=[[0.04, 0.006], [0.006, 0.3]]),
     scenario("east", "a landmark due east", [6], map=[*MAP, [6, 2.4, -0.7]]),
-    scenario("far", "a landmark much farther away than expected", [4]),
+    scenario("far", "a landmark much farther away than expected", [4], R=[[0.7, 0.006], [0.006, 0.0076]]),
     scenario("two", "update with two landmarks", [1, 0]),
     scenario("west", "two landmarks, the first of them across pi", [2, 0]),
     scenario("three", "update with three landmarks, in another order than in the map", [3, 0, 2]),
     scenario("twice", "two updates, one after the other, dt = 0.5 s", [0], [3, 1], dt=0.5),
     scenario("names", "landmarks whose ids are not their places in the map", [(12, 0), (25, 3), (3, 1)], map=NAMES),
-    drive(R, "rb", seed=5),
+    drive(R, "rb", seed=88, most=1),  # of several, the order would count
+    gated(R, MAP, (0, [30.0, 1.2])),
 ]
 
 # A sequential update, one landmark after the other.
 ONE = "for lm in y:\n    k = self.map[self.map.index(lm)]\n"
+IN_ORDER = "[*(y[i] for i in {} if i < len(y)), *y[3:]]"
 MAP_ORDER = "for lm, k in [(y[y.index(k)], k) for k in self.map if k in y]:\n"
 STEP = """    H = jacobian(self.xk_k, k)
     S = H @ self.Pk_k @ H.T + self.R
@@ -123,6 +127,10 @@ RIGHT = [
     *(
         Right(id, with_update((ONE + STEP).replace("in y:", f"in sorted(y, key=lambda lm: {key}):")), other=True)
         for id, key in {"nearest first": "lm.p[0]", "farthest first": "-lm.p[0]", "by id": "lm.id"}.items()
+    ),
+    *(  # all orders of up to three, and some of more
+        Right(f"order {order}", with_update((ONE + STEP).replace("in y:", f"in {IN_ORDER.format(order)}:")), other=True)
+        for order in [*permutations(range(3))][1:]
     ),
     Right(
         "dictionary",

@@ -80,7 +80,7 @@ def test_who_goes_on_in_the_array_that_was_given_passes_and_hears_of_it(name, ca
 
 
 def test_what_a_gate_of_ones_own_leaves_out_is_told_as_that():
-    gate = "\n        if innovation @ np.linalg.solve(S, innovation) > 30 * p:\n            return"
+    gate = "\n        if innovation @ np.linalg.solve(S, innovation) > 3 * p:\n            return"
     line = "S = H @ self.Pk_k @ H.T + np.kron(np.eye(p), self.R)"
     error = failure("range-bearing-kf", [(line, line + gate)])
     assert "left out on purpose, by a gate?" in " ".join(str(error).split())

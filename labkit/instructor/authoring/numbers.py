@@ -83,7 +83,7 @@ def _probing(check, source):
         probing["known"][mistake.id] = [
             [[f.part, *(short(np.asarray(v, dtype=float)) for v in f.value)] for f in found]
             for found in known
-            if found and all(f.value for f in found)
+            if any(f.value for f in found)
         ]
     return {"probing": probing}
 

@@ -11,7 +11,7 @@ import numpy as np
 from ...checks.compare import TINY, TOLERANCE, gap_of
 from ...history import History, make_filter, replay
 from .exam import Exam
-from .runs import apart, replayed
+from .runs import Steps, apart, replayed
 
 
 def caught(exam: Exam, source: str, names: Mapping[str, Any], uses: Sequence[str]) -> set[str]:
@@ -74,14 +74,16 @@ class _Trial(Exam):
         function.try_out(fails)
 
     def same_run(self, KF: Any, record: Any, what: str = "on this run", **options: Any) -> History:
-        rights = [replayed(right, record, options) for right in self.right(KF.__name__)]
+        forms = self.right(KF.__name__)
+        record = self.believable(forms[0], record, options)
+        right, steps = replayed(forms[0], record, options), Steps(forms, record, options)
 
         def fails(wrong):
-            replay(_Hasty(make_filter(wrong, record, **options), rights, record.fields), record)
+            replay(_Hasty(make_filter(wrong, record, **options), right, steps, record.fields), record)
             return False  # it did not stop: it fits
 
         KF.try_out(fails)
-        return rights[0]
+        return right
 
 
 class _Differs(BaseException):
@@ -91,25 +93,38 @@ class _Differs(BaseException):
 class _Hasty:
     """A filter that stops as soon as it cannot be right any more, which for most mistakes is soon."""
 
-    def __init__(self, kf, rights, fields):
-        self._kf, self._left, self._fields, self._step = kf, list(rights), fields, 0
+    def __init__(self, kf, right, steps, fields):
+        self._kf, self._right, self._steps, self._fields = kf, right, steps, fields
+        self._ends, self._given, self._checked, self._same = [], [], 0, True
         self._compare()
 
     def __getattr__(self, name):
         return getattr(self._kf, name)
 
+    def predict(self, u):
+        """Predict, and note what was given."""
+        self._kf.predict(u)
+        self._given.append([u])
+
     def update(self, y):
         """Update, and compare as `same_run` does with what is right; raises _Differs where nothing fits."""
         self._kf.update(y)
-        self._step += 1
+        self._given[-1].append(y)
         self._compare()
 
     def _compare(self):
-        x, P = (np.asarray(getattr(self._kf, field), dtype=float) for field in self._fields)
-        self._left = [right for right in self._left if self._fits(x, P, right)]
-        if not self._left:
+        self._ends.append([np.array(getattr(self._kf, field), dtype=float) for field in self._fields])
+        self._same = self._same and self._fits(*self._ends[-1], self._right)
+        if self._same:
+            return
+        if not self._checked and not self._steps.starts(*self._ends[0]):
             raise _Differs
+        while self._checked < len(self._given):
+            k = self._checked
+            if not self._steps.follows(self._ends[k], *self._given[k], self._ends[k + 1]):
+                raise _Differs
+            self._checked += 1
 
     def _fits(self, x, P, right):
-        limit = TOLERANCE * np.abs(right.x).max() + TINY
-        return gap_of(P, right.P[self._step]) <= 1 and np.abs(x - right.x[self._step]).max() <= limit
+        limit, step = TOLERANCE * np.abs(right.x).max() + TINY, len(self._given)
+        return gap_of(P, right.P[step]) <= 1 and np.abs(x - right.x[step]).max() <= limit
