@@ -12,6 +12,7 @@ LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be 
 def add(commands: Any) -> None:
     """Add the instructors' commands to the subcommands of `labkit`, as argparse keeps them."""
     _add_grade(commands)
+    _add_mark(commands)
     _add_term(commands)
     make = commands.add_parser("release", help="make what students get (instructors)")
     make.add_argument("out", metavar="OUT", help="a new folder, or a file that ends in .zip")
@@ -60,6 +61,15 @@ def _add_term(commands):
     term = commands.add_parser("term", help="write one page over all labs of a class (instructors)")
     term.add_argument("out", metavar="OUT", help="the folder that labkit grade wrote into")
     term.set_defaults(run=_term)
+
+
+def _add_mark(commands):
+    one = commands.add_parser("mark", help="mark written answers in the browser (instructors)")
+    one.add_argument("out", metavar="OUT", help="the folder that labkit grade wrote into")
+    one.add_argument("--reader", metavar="NAME", help="who marks (default: the page asks)")
+    one.add_argument("--port", type=_port, default=8599, metavar="N", help="default 8599; 0: any that is free")
+    one.add_argument("--no-browser", action="store_true", help="only print the address")
+    one.set_defaults(run=_mark)
 
 
 def _add_rules(one):
@@ -136,6 +146,12 @@ def _positive(text):
     return int(text)
 
 
+def _port(text):
+    if not re.fullmatch(r"\d{1,5}", text, re.ASCII) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port from 0 to 65535")
+    return int(text)
+
+
 def _grade(args):
     from . import command
 
@@ -148,6 +164,12 @@ def _term(args):
     from .term.command import term
 
     return command.run("term", term, args)
+
+
+def _mark(args):
+    from .marking import command
+
+    return command.main(args)
 
 
 def _release(args):

@@ -45,7 +45,7 @@ def points_of(most: float, weights: Mapping[str, int], parts: Collection[str]) -
 class Check:
     """One thing that gives points, as the instructor's notebook describes it.
 
-    hand: a written question, marked by a person; then question and rubric are its Markdown texts.
+    hand: a written question, marked by a person; then question, rubric and model, a right answer, are Markdown texts.
     hidden: students never see its source or its inputs; the title is what they are told.
     parts: of a check of the filter `subject`, {part of PARTS: per cent of the points}, else empty.
     """
@@ -59,6 +59,7 @@ class Check:
     rubric: str = ""
     subject: str = ""
     parts: Mapping[str, int] = field(default_factory=dict)
+    model: str = ""
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,8 @@ def _check(cell, book):
         subject, parts = _parts(cell)
         return Check(cell.id, _title(cell), _points(cell), hidden=_is_hidden(cell), subject=subject, parts=parts)
     rubric = next((other.source for other in book if other.id == cell.id.replace("answer", "rubric")), "")
-    return Check(cell.id, _title(cell), _points(cell), True, False, _question(book, cell.id), rubric)
+    question = _question(book, cell.id)
+    return Check(cell.id, _title(cell), _points(cell), True, False, question, rubric, model=cell.source)
 
 
 def _title(cell):

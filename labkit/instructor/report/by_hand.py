@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..records import Result
+from ..records import Check, Result
 from .texts import cut
 
 if TYPE_CHECKING:
@@ -55,6 +55,16 @@ class Hands:
     def __init__(self, book: "Gradebook") -> None:
         self.book, self.db = book, book.db
 
+    def questions(self, lab: str) -> list[Check]:
+        """The written questions that a lab has asked, each as it was asked last; twice, if its points have changed."""
+        papers = self.db.execute("SELECT checks FROM paper WHERE lab = ? ORDER BY rowid", (lab,))
+        every = [Check(**check) for (checks,) in papers for check in json.loads(checks)]
+        return [*{(check.id, check.points): check for check in every if check.hand}.values()]
+
+    def readers(self, lab: str) -> dict[str, int]:
+        """How many marks of each reader count in a lab."""
+        return dict(Counter(given.reader for given in self.newest(lab).values() if given.points is not None))
+
     def give(
         self, act: str, reader: str, slots: Sequence[Slot], points: float, reason: str, ticks: Sequence[int] = ()
     ) -> list[Slot]:
@@ -91,8 +101,11 @@ class Hands:
             f"WHERE n.id IN ({newest}) AND h.reader = ? AND h.act <> '' ORDER BY h.id DESC LIMIT 1"
         )
         with self.book:
+            if self._known(act):
+                again = "SELECT lab, student, identifier, chk FROM hand WHERE act = ?"
+                return [(*of, True) for of in self.db.execute(again, (act,)).fetchall()]
             found = self.db.execute(last, (reader,)).fetchall()
-            if not found or self._known(act):
+            if not found:
                 return []
             rows = self.db.execute(
                 "SELECT id, lab, student, identifier, chk FROM hand WHERE act = ? AND stands IS NULL", found[0]

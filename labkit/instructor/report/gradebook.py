@@ -61,6 +61,15 @@ class Gradebook:
         ((stored,),) = self._all("SELECT checks FROM paper WHERE lab = ? AND digest = ?", lab, digest)
         return [Check(**check) for check in json.loads(stored)]
 
+    def counting(self) -> dict[int, tuple[str, ...]]:
+        """{id: (lab, student, identifier)} of the submissions that count, by name."""
+        query = "SELECT id, lab, student, identifier FROM submission WHERE current = 1 ORDER BY student, identifier"
+        return {id: (*of,) for id, *of in self._all(query)}
+
+    def version(self) -> int:
+        """A number that changes whenever somebody else has written into the file."""
+        return self._all("PRAGMA data_version")[0][0]
+
     def find(self, lab: str, student: str, identifier: str, digest: str) -> tuple[int, bool, str] | None:
         """(id, done, paper) of the newest row for this very submission, or None."""
         query = (

@@ -52,6 +52,13 @@ def markdown(text: str, longest: int) -> Shown:
     return Shown(Markup(readable(html)), max(0, len(text) - longest))  # once more, for entities such as &#8238;
 
 
+def inline(text: str, longest: int) -> Markup:
+    """The first `longest` characters of a Markdown text as HTML for a place that holds words only, as a button."""
+    env: dict[str, list[str]] = {"pictures": []}
+    tokens = _MARKDOWN.parseInline(readable(text)[:longest], env)
+    return Markup(readable(_MARKDOWN.renderer.render(tokens, _MARKDOWN.options, env)))
+
+
 class _Page(RendererHTML):
     """Each method makes the HTML of the tokens of its name; env is that of one text."""
 
@@ -93,7 +100,11 @@ class _Page(RendererHTML):
         html = mathml(token.content, token.type != "math_inline") or f"<code>{escape(typed)}</code>"
         return f"<div>{html}</div>" if token.block else html
 
-    fence = code_block
+    def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
+        side = re.fullmatch(r"text-align:(right|center)", str(tokens[idx].attrs.get("style")))
+        return f'<{tokens[idx].tag} class="{side[1]}">' if side else f"<{tokens[idx].tag}>"
+
+    fence, th_open = code_block, td_open
     math_inline_double = math_block = amsmath = math_inline
 
 

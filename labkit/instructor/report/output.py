@@ -21,6 +21,7 @@ from .sheet import Sheet
 from .tables import write_grades, write_summary, written_for_excel
 from .texts import clean, counted, plain
 from .to_mark import to_mark_page
+from .told import remember
 
 
 def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
@@ -51,7 +52,9 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
         told += fill_moodle(args.moodle, out / "moodle.csv", mine, *columns, args.partial)
     if args.canvas:
         told += fill_canvas(args.canvas, out / "canvas.csv", mine, paper.title, args.column, args.partial)
-    return _summary(mine, out, paper, told)
+    status = _summary(mine, out, paper, told)
+    remember(book, paper.lab, args)
+    return status
 
 
 def _feedback(book: Gradebook, paper: Paper, out: Path, results: Sequence[Result]) -> dict[str, str]:

@@ -1,0 +1,1 @@
+"""`labkit mark`: written answers marked in the browser, by several readers at once."""
