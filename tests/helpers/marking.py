@@ -22,8 +22,8 @@ def graded(out, answers, lab=LAB, check=Q1):
     out.mkdir(parents=True, exist_ok=True)
     with closing(Gradebook(out / "gradebook.db", seed=7)) as book, book:
         book.set_paper(lab, paper.digest, paper.checks)
-        for name, text in answers.items():
-            about = (lab, name, "", f"{name}.ipynb", text, paper.digest, None, False, [])
+        for number, (name, text) in enumerate(answers.items()):
+            about = (lab, name, "", f"{name}.ipynb", str(number), paper.digest, None, False, [])
             id = book.add(*about, {**{c.id: "" for c in paper.checks if c.hand}, check: text})
             book.choose(id, [], False)
             for cell in paper.checks:

@@ -223,7 +223,8 @@ class Gradebook:
         ((lab, student, identifier, source, paper, when, late, notes, answers, level, problem),) = self._all(query, id)
         when = datetime.fromisoformat(when) if when else None
         result = Result(student, identifier, lab, source, when, bool(late), json.loads(notes), level, problem, id=id)
-        result.answers = json.loads(answers)
+        answers = json.loads(answers)  # SQLite keeps no halves of characters, and marks are kept with their answers
+        result.answers = {check: text.encode("utf-8", "replace").decode() for check, text in answers.items()}
         if not problem:
             given, hand = self._given(id), self.hands.counting(lab, student, identifier)
             result.marks = [mark_of(check, given, hand, result) for check in self.checks(lab, paper)]

@@ -129,6 +129,12 @@ def test_a_blank_answer_gives_0_points_waits_for_nobody_and_may_be_overruled(boo
     assert (only(book).points, only(book).blank) == (2, 0)
 
 
+def test_a_mark_for_an_answer_with_half_a_character_is_kept(book):
+    add(book, answer="so \ud800")
+    book.hand(only(book), "q1", 2, "Hm.")
+    assert (only(book).marks[1].points, only(book).marks[1].reason) == (2, "Hm.")
+
+
 def test_a_word_is_an_answer(book):
     add(book, answer=f"{STUB} no")
     assert (only(book).open, only(book).blank) == (1, 0)

@@ -7,7 +7,8 @@ const $$ = (all, within = document) => [...within.querySelectorAll(all)];
 const WAIT = 1000; // [ms] before it is tried again
 let clean = ""; // the form as it was shown
 let warned = false; // that something is filled in and not given
-let sending = false;
+let sending = false; // something that is not known to be kept
+let going = false; // to another page: keys are for what will be seen there, so that they do nothing yet
 const open = {}; // which parts are unfolded, by id
 
 function tell(id, words) {
@@ -36,13 +37,17 @@ function shown() {
 }
 
 async function go(address, push = true) {
-  let answer;
+  let answer, text;
+  going = true;
   try {
     answer = await fetch(address);
+    text = await answer.text();
   } catch {
     return tell("trouble", "labkit mark does not answer: start it again with the same line, then try once more.");
+  } finally {
+    going = false;
   }
-  const page = new DOMParser().parseFromString(await answer.text(), "text/html");
+  const page = new DOMParser().parseFromString(text, "text/html");
   if (!answer.ok || !$("main", page)) return tell("trouble", page.body.textContent.trim());
   tell("trouble", "");
   $("main").replaceWith(document.adoptNode($("main", page)));
@@ -86,8 +91,8 @@ async function give() {
   tell("trouble", told.status === 200 ? "" : told.said);
   if (told.status === 200) {
     clean = JSON.stringify(entry());
-    tell("said", told.said);
     await go(told.go);
+    tell("said", told.said);
   } else if (told.seen) {
     for (const slot of $$(".slot")) if (slot.value in told.seen) slot.dataset.seen = told.seen[slot.value];
     $(".main", form).focus();
@@ -96,8 +101,8 @@ async function give() {
 
 async function undo() {
   const told = await send($("main").dataset.home + "undo", {});
-  tell("said", told.said);
   if (told.go) await go(told.go);
+  tell("said", told.said);
 }
 
 function unsent() {
@@ -171,7 +176,7 @@ function keyed(key, digit) {
 
 document.addEventListener("keydown", event => {
   const field = event.target.closest("textarea, input:not([type=checkbox])");
-  if (sending || event.altKey || event.isComposing || !$("[data-home] :is(#give, [data-key])")) return;
+  if (sending || going || event.altKey || event.isComposing || !$("[data-home] :is(#give, [data-key])")) return;
   if (event.key === "Enter" && $("#give") && (event.ctrlKey || event.metaKey || event.target.id === "points")) {
     event.preventDefault();
     give();
@@ -190,12 +195,12 @@ document.addEventListener("keydown", event => {
 document.addEventListener("submit", event => {
   if (event.target.id !== "give") return;
   event.preventDefault();
-  if (!sending) give();
+  if (!sending && !going) give();
 });
 
 document.addEventListener("click", event => {
   const target = event.target.closest("button, a[data-key]");
-  if (!target || sending || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  if (!target || sending || going || event.ctrlKey || event.metaKey || event.shiftKey) return;
   if (target.matches(".tick")) press(target);
   else if (target.matches(".comment")) reuse(target);
   else if (target.matches("button[data-key]")) KEYS[target.dataset.key]();
