@@ -17,10 +17,41 @@ from helpers import browser as lab
 from helpers.marking import graded, marking, points
 
 STUDENTS, ROUNDS = 600, 60
-WORDS = (
-    "the truth is inside ellipse since filter believes its noise covariance grows shrinks with each landmark step "
-    "prediction update gain large small too never always until after before because measurement range bearing motion"
-).split()
+WORDS = [
+    "the",
+    "truth",
+    "is",
+    "inside",
+    "ellipse",
+    "since",
+    "filter",
+    "believes",
+    "its",
+    "noise",
+    "covariance",
+    "grows",
+    "shrinks",
+    "with",
+    "each",
+    "landmark",
+    "step",
+    "prediction",
+    "update",
+    "gain",
+    "large",
+    "small",
+    "too",
+    "never",
+    "always",
+    "until",
+    "after",
+    "before",
+    "because",
+    "measurement",
+    "range",
+    "bearing",
+    "motion",
+]
 TABLE = "\n\n| step | half axis |\n|---|--:|\n| 1 | 1.7 m |\n| 50 | 0.3 m |"
 
 # Resolves with the milliseconds from the key to the frame that shows another answer.
@@ -65,8 +96,12 @@ def main():
                 times.append(page.evaluate("() => window.watched"))
                 watched.dispose()
         given = sum(mark is not None for mark in points(out).values())
-    print(f"the next of {STUDENTS} answers, from Enter to the screen: {median(times):.0f} ms median (target at most 100)")
-    print(f"   {min(times):.0f} to {max(times):.0f} ms over {ROUNDS} answers, {given} marks kept; begun in {begun:.1f} s")
+    print(
+        f"the next of {STUDENTS} answers, from Enter to the screen: {median(times):.0f} ms median (target at most 100)"
+    )
+    print(
+        f"   {min(times):.0f} to {max(times):.0f} ms over {ROUNDS} answers, {given} marks kept; begun in {begun:.1f} s"
+    )
 
 
 if __name__ == "__main__":

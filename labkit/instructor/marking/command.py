@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from tornado.netutil import bind_sockets
 
-from ..command import alone, run
+from ..command import alone, run, write_out
 from ..exam.paper import read as read_paper
 from ..records import CommandError
 from ..report import told
@@ -100,8 +100,6 @@ def _open_door(door: Path, token: str, address: str, browser: bool) -> None:
 
 def finish(out: Path) -> int:
     """Write tables, pages and the LMS's files anew where marks have changed since; returns the exit status."""
-    from ..report.output import write_all
-
     status = 0
     with alone(out), closing(Gradebook(out / "gradebook.db")) as book:
         take_hand_marks(book, out / "grades.csv")
@@ -112,7 +110,7 @@ def finish(out: Path) -> int:
                 if (path := getattr(args, of)) and not Path(path).is_file():
                     print(f"Note: {clean(path)} is not there any more: it is filled in when labkit grade runs again.")
                     setattr(args, of, None)
-            status = max(status, write_all(book, read_paper(lab), out, args))
+            status = max(status, write_out(book, read_paper(lab), out, args))
     if not labs:
         print("No mark has changed since tables and pages were written.")
     return status

@@ -1,7 +1,6 @@
 """Points of a filter's parts: kept, told to the student and of the class, and written as people write them."""
 
 import re
-import sqlite3
 from contextlib import closing
 
 from labkit.instructor.records import BY_HAND, FAILED, PARTLY, PASSED, Check, Mark, Result, points_of
@@ -70,17 +69,13 @@ def test_the_class_page_counts_students_by_part():
     assert re.findall(r'"n">(\d+)<', row) == ["3", "0", "2", "1", "0"]  # points, passed, in part, not passed, not run
 
 
-def test_the_gradebook_keeps_parts_and_takes_an_older_file(tmp_path):
+def test_the_gradebook_keeps_parts(tmp_path):
     with closing(Gradebook(tmp_path / "book.db", seed=7)) as book:
         id = book.add(LAB, "Ada", "", "a.ipynb", "d", "paper", None, False, [], {})
         book.set_paper(LAB, "paper", CHECKS)
         book.choose(id, [], False)
         book.mark(id, "kf", 1.4, PARTLY, "No.", parts=RIGHT)
         assert book.result(id).marks[0].parts == RIGHT and book.checks(LAB, "paper") == CHECKS
-    with closing(sqlite3.connect(tmp_path / "book.db")) as db, db:
-        db.execute("ALTER TABLE mark DROP COLUMN parts")
-    with closing(Gradebook(tmp_path / "book.db")) as book:
-        assert book.result(id).marks[0].points == 1.4 and book.result(id).marks[0].parts == ()
 
 
 def test_tenths_of_points_are_written_as_people_write_them(tmp_path):
