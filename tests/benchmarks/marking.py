@@ -3,6 +3,7 @@
 Each answer has formulas and a table; some are nearly alike, so that they are read together.
 """
 
+import re
 import sys
 import tempfile
 import time
@@ -17,41 +18,11 @@ from helpers import browser as lab
 from helpers.marking import graded, marking, points
 
 STUDENTS, ROUNDS = 600, 60
-WORDS = [
-    "the",
-    "truth",
-    "is",
-    "inside",
-    "ellipse",
-    "since",
-    "filter",
-    "believes",
-    "its",
-    "noise",
-    "covariance",
-    "grows",
-    "shrinks",
-    "with",
-    "each",
-    "landmark",
-    "step",
-    "prediction",
-    "update",
-    "gain",
-    "large",
-    "small",
-    "too",
-    "never",
-    "always",
-    "until",
-    "after",
-    "before",
-    "because",
-    "measurement",
-    "range",
-    "bearing",
-    "motion",
-]
+WORDS = re.split(
+    " ",
+    "the truth is inside ellipse since filter believes its noise covariance grows shrinks with each landmark step "
+    "prediction update gain large small too never always until after before because measurement range bearing motion",
+)
 TABLE = "\n\n| step | half axis |\n|---|--:|\n| 1 | 1.7 m |\n| 50 | 0.3 m |"
 
 # Resolves with the milliseconds from the key to the frame that shows another answer.
