@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 5 · Lost, found, and taking turns
 #
-# *About 100 minutes. You need your `EKF` from lab 4, filled in and saved.*
+# *About 130 minutes. You need your `EKF` from lab 4, filled in and saved.*
 #
 # Your EKF of lab 4 is quick and precise, and once it is lost it stays lost. The paper's other half (F. Martín, V. Matellán, P. Barrera, J. M. Cañas) is a **fuzzy grid**: slow, coarse, and able to start from nothing. The two take turns. You write the heart of the grid and the rule that switches, find out whether the paper's rule works,
 # and let the whole thing run against its rivals.
@@ -20,19 +20,22 @@
 # | symbol | in the code | shape | unit | what it is |
 # |---|---|---|---|---|
 # | $\varphi$ | `phi` | number or array | rad | a heading that is asked about |
-# | $\theta, c, s$ | `theta`, `c`, `s` | numbers | rad | a fuzzy heading: its middle, half its core, half its support |
+# | $\theta, c, s$ | `theta`, `c`, `s` | numbers | rad | a fuzzy heading: its middle, half its *core* (where it is as possible as can be), half its *support* (all but what is hardly possible) |
 # | $h$ | `h` | number | – | its height, from 0 to 1 |
-# | $b$ | `b` | number | – | its *bias*: what is left outside the support |
+# | $b$ | `b` | number | – | its *bias*: what is left outside the support; also the least value of $S$ |
 # | $\mu$ | `membership(...)` | number or array | – | how possible a heading is |
 # | $r, \sigma$ | `r`, `sigma` | numbers | m | range at which a landmark is seen (lab 4's ρ), its standard deviation |
-# | $e$ | `e` | one for each cell | m | how far a cell's distance to that landmark is from $r$ |
+# | $e$ | `e` | one for each cell | m | how far a cell's distance to that landmark is from $r$, without sign |
+# | | `cell`, `floor` | numbers | m, – | width of a cell; the least possibility that a cell may have |
+# | $w_i$ | `w` | one for each cell | – | weights, of the cells that are at least `part` times as possible as the best |
+# | $\bar\theta$ | | number | rad | the mean heading |
 # | $S$ | `S` | one for each cell | – | how well a cell fits to $r$ (the paper's $S_t(x, y \mid r)$) |
 # | $P$ | `P` | (3, 3) | m², rad² | covariance of your EKF's pose |
-# | $d^2$ | `d2` | list | – | of each sighting: the square of how many standard deviations it is off, from lab 4 |
+# | $d^2$ | `d2` | array | – | of each sighting: how far it is off, in standard deviations, squared and added up, from lab 4 |
 #
 # What a symbol means in other labs: [all symbols](../notebooks/glossary.md).
 #
-# The letters are those of the paper's section 3. Its width Δ and flank α say the same as $c$ and $s$, which are easier to compute with.
+# The letters are those of the paper's section 3, but for $c$ and $s$: the paper has a width Δ and a flank α, which say the same (this α is no bearing).
 
 # %% id="setup" tags=["setup"]
 from functools import partial
@@ -52,7 +55,7 @@ START = np.diag([0.1, 0.1, 0.1]) ** 2
 # ## 1. A fuzzy heading
 #
 # Cut the field into cells of 10 cm. Each cell keeps how *possible* it is that the robot is there: a number from 0 to 1. And since a robot in that cell would have to face somewhere, each cell also keeps *one fuzzy
-# heading*, a trapezoid (figure 3): as possible as its height $h$ in its **core** around θ, and hardly possible beyond its **support**; in between it falls in a straight line. It never falls below the bias $b$, since any sighting may be false.
+# heading*, a trapezoid (the paper's figure 3): as possible as its height $h$ in its **core** around θ, and hardly possible beyond its **support**; in between it falls in a straight line. It never falls below the bias $b$, since any sighting may be false.
 #
 # $$ \mu(\varphi) = b + (h - b)\cdot\operatorname{clip}\!\left(\frac{s - |\varphi - \theta|}{s - c},\, 0,\, 1\right) $$
 #
@@ -92,15 +95,15 @@ plt.show()
 # %% [markdown]
 # ## 2. Seeing, for a grid
 #
-# A landmark is seen at the range $r$. Each cell compares: its own distance to the landmark differs from $r$ by $e$, without sign. As long as this is explained by noise and by the size of the cell (up to σ + 0.3 cell), the cell stays fully possible. Then its possibility falls in a straight line, by 0.45 for each σ, until it meets $b$; with $b = 0.2$ that is 1.8 σ further on. It never falls to zero, for a sighting may be false:
+# A landmark is seen at the range $r$. Each cell compares its own distance to the landmark with $r$: they differ by $e = |\text{distance} - r|$. As long as this is explained by noise and by the size of the cell (up to σ + 0.3 cell), the cell stays fully possible. Then its possibility falls in a straight line, by 0.45 for each σ, until it meets $b$; with $b = 0.2$ that is 1.8 σ further on. It never falls to zero, for a sighting may be false:
 #
 # $$ S = \operatorname{clip}\!\left(1 - 0.9\,\frac{e - (\sigma + 0.3\,\text{cell})}{2\sigma},\; b,\; 1\right) . $$
 #
-# To **fuse** is to multiply: what the grid believed, times $S$. Then all is divided by the largest value, and no cell is left below a `floor` (0.01), or it could never come back.
+# To **fuse** is to multiply: what the grid believed, times $S$. Then all is divided by the largest value, and after that no cell is left below a `floor` (0.01), or it could never come back.
 #
 # ### Exercise 2 · `fuse_range(possible, distance, r, sigma, cell, b, floor)`
 # `possible` and `distance` are arrays of one shape, a value for each cell. Return the new array. No loop is needed. (0.3 and 0.9 are choices, nothing deeper; σ = `sigma`.) *Example:* two cells,
-# `possible = [1, 1]`, `distance = [2.0, 2.4]`, r = 2, σ = 0.1, cell = 0.1, b = 0.2, floor = 0.01: the result is `[1, 0.2]`.
+# `possible = np.array([1, 1])`, `distance = np.array([2.0, 2.4])`, r = 2, σ = 0.1, cell = 0.1, b = 0.2, floor = 0.01: the result is `[1, 0.2]`.
 #
 # <details><summary>Hint</summary>
 #
@@ -123,22 +126,22 @@ def fuse_range(possible, distance, r, sigma, cell=0.1, b=0.2, floor=0.01):
 check("legged-fusion", fuse_range)
 
 # %% [markdown]
-# A robot stands still and sees three landmarks, one after the other. Only the ranges are used here.
+# A robot stands still and sees three landmarks, one after the other. Only the ranges are used here, each good to 5 %.
 #
 # **Before you run it:** what shape has the set of possible cells after the first range, and how many places are left after the second?
 # - (a) A spot around the robot; after the second a smaller one.
-# - (b) A ring around the landmark; after the second the two spots where two rings cross, or one, if the other is off the field.
+# - (b) A ring around the landmark; after the second the two spots where two rings cross.
 # - (c) A ring around the landmark; after the second both rings, since either sighting may be the false one.
 
 # %% id="guess-rings" tags=["guess"]
 guess = "b"
 grid = FuzzyGrid()
-possible, robot = np.ones(grid.px.shape), np.array([-0.8, 0.6])
+possible, robot = np.ones(grid.px.shape), np.array([-0.8, 1.2])
 fig, axes = plt.subplots(1, 3, figsize=(11, 2.9), layout="constrained")
-for ax, landmark in zip(axes, [FIELD.map[0], FIELD.map[4], FIELD.map[3]]):
+for ax, landmark in zip(axes, [FIELD.map[0], FIELD.map[1], FIELD.map[3]]):
     distance = np.hypot(landmark.p[0] - grid.px, landmark.p[1] - grid.py)
     r = np.hypot(*(landmark.p - robot))
-    possible = fuse_range(possible, distance, r, sigma=0.1 * r)
+    possible = fuse_range(possible, distance, r, sigma=0.05 * r)
     plot_possible(ax, grid, possible, landmark, robot)
     ax.set_title(f"{landmark.id}, {r:.1f} m away", fontsize=10)
 plt.show()
@@ -153,7 +156,7 @@ reveal("rings", guess)
 # $$ \bar\theta = \operatorname{atan2}\Big(\sum_i w_i \sin\theta_i,\; \sum_i w_i \cos\theta_i\Big), \qquad \sum_i w_i = 1 . $$
 #
 # ### Exercise 3 · `estimate(possible, x, y, theta, part)`
-# Four arrays of one shape, a value for each cell: how possible it is, where it lies, and the middle of its fuzzy heading. Return the pose (3,). *Example:* `possible = [1, 1, 0.5]`, `x = [0, 1, 9]`, `y = [2, 2, 9]`, `theta = [3, -3, 0]`: the result is (0.5, 2, π).
+# Four arrays of one shape, a value for each cell: how possible it is, where it lies, and the middle of its fuzzy heading. Return the pose (3,). *Example:* with `possible` 1, 1, 0.5, `x` 0, 1, 9, `y` 2, 2, 9 and `theta` 3, −3, 0 (each an array) the result is (0.5, 2, π).
 #
 # <details><summary>Hint</summary>
 #
@@ -176,10 +179,10 @@ def estimate(possible, x, y, theta, part=0.7):
 check("legged-estimate", estimate)
 
 # %% [markdown]
-# The kit's `FuzzyGrid` does all that you wrote, and fuses the headings too: where a cell lies decides which heading fits to a bearing. To walk, it is shifted. A step of 2.5 cm is less than a cell; so steps are collected until a whole cell has come together, then the grid is blurred a little (a possible cell lends to its neighbours) and each
-# cell is moved *along its own heading*. Cells that disagree about the heading part company. That is why one heading for the whole grid would not do.
+# The kit's `FuzzyGrid` does all that you wrote, and fuses the headings too: seen from a given cell, a bearing to a known landmark means one heading (the direction to the landmark, less the bearing), so each cell has its own. To walk, it is shifted. A step of 2.5 cm is less than a cell; so steps are collected until a whole cell has come together, then the grid is blurred a little (a possible cell lends to its neighbours) and each
+# cell is moved *along its own heading*.
 #
-# Here it starts from nothing. This is the paper's figure 4: the greener, the more possible; the black wedges are the headings of the best cells, the wider, the less sure.
+# Here it starts from nothing. This is a picture like the paper's figure 4: the darker the green, the more possible (after 0 steps everything is possible); black needles show the headings of the best cells.
 
 # %%
 run = LeggedRobot("real", rng=12).record(60)
@@ -193,7 +196,7 @@ mine = estimate(grid.h, grid.px, grid.py, grid.theta)
 print("your estimate after 60 steps:", mine.round(1), " the truth:", run.truth[60].round(1))
 
 # %% [markdown]
-# Grid, EKF and particles (they are explained in section 6) on one walk; press play. At 8 s the robot is kidnapped. The EKF knows the start, the others do not.
+# Grid, EKF and particles on one walk; press play. (The particles, green dots, are guesses; when nothing fits some are drawn anew, often far off. Section 6 explains them.) At 8 s the robot is kidnapped. The EKF knows the start, the others do not.
 
 # %%
 run = LeggedRobot("real", rng=5).record(150, kidnap=80)
@@ -236,8 +239,11 @@ reveal("cells", guess)
 # %% [markdown]
 # ## 5. Taking turns
 #
-# The paper lets the two take turns: the grid works until it is sure enough (here: what it saw lately fits some cell to more than 60 %, and the
-# cells that are at least 0.7 times as possible as the best span less than a metre, both in three pictures in a row); then the EKF takes over, from the mean and the covariance of those cells. And back?
+# The paper lets the two take turns. The grid works until it is sure enough. Here that means, in three pictures in a row:
+# - the best cell fits well to what was seen lately (its quality, from 0 to 1, is above 0.6);
+# - the cells that are at least 0.7 times as possible as the best lie in a square of one metre.
+#
+# Then the EKF takes over, from the mean and the covariance of those cells. And back?
 #
 # > *If the matrix P reflects too much uncertainty, the grid takes over again* (our words, section 5 of the paper).
 #
@@ -318,15 +324,16 @@ check("legged-lost", lost)
 steps = result.recovered()
 print(f"{np.isfinite(steps).sum()} of {len(steps)} kidnapped robots were found again,")
 print(f"half of them within {np.nanmedian(steps) / 10:.1f} s")
-switches = []
-for log in kidnapped:
-    both = hybrid(log, lost)
-    replay(both, log)
-    switches.append(both.switches)
-print("number of switches in each walk:", *switches)
+for share in (0.6, 0.2):
+    switches = []
+    for log in kidnapped:
+        both = hybrid(log, partial(lost, share=share))
+        replay(both, log)
+        switches.append(both.switches)
+    print(f"number of switches in each walk, share {share}:", *switches)
 
 # %% [markdown]
-# Try when to switch. The walk stays the same; only your code runs again. This robot has a bad day: switch to `real` and `paper` as well, and look at a few walks.
+# Try when to switch. The walk stays the same; only your code runs again. This robot has a bad day (`harsh`): switch to `real` and `paper` as well, and look at a few walks.
 
 # %%
 explore(EKF, lost)
@@ -376,7 +383,7 @@ print(table(race({**variants, "no gate": ungated}, harsh, progress)))
 #
 # - `ParticleFilter(n, noise)`: n guesses (*particles*) walk along with the odometry; those that explain the sightings are copied, the others die. When nothing fits any more, new ones are drawn from poses that explain a present sighting.
 # - `Triangulation()`: lays the landmarks of the last two seconds on the map. It has no filter at all.
-# - `Hybrid` takes any of them in place of the grid: Monte Carlo and your EKF. With `background=3` the grid goes on working at every third step while the EKF leads.
+# - `Hybrid` takes the particles in place of the grid, too: Monte Carlo and your EKF. With `background=3` the grid goes on working at every third step while the EKF leads.
 #
 # One function runs them all over the same walks. Each walk starts from nothing (the EKF alone has to know its start) and has a kidnapping at 15 s.
 #
@@ -411,10 +418,10 @@ plot_race(axes, results)
 plt.show()
 
 # %% [markdown]
-# The picture has a row for each localizer. Left: the darker, the larger its median error. In the middle: a dot at the median time until it is found again, a line to the time that 95 % of those that are found do not exceed, and how many are found at all. Right: good and cheap is at the lower left.
+# The picture has a row for each localizer. Left: the darker, the larger its median error. In the middle: how many are found again at all and, if these are more than half, a dot at their median time and a line to the time that 95 % of them do not exceed. Right: good and cheap is at the lower left.
 #
 # ### Question B
-# Which would you put on the robot, which has to think about football too? Give the two figures of the table that decide it for you, and one that speaks against your choice.
+# Which would you put on the robot, which has to think about football too? Give the two numbers of the table that decide it for you, and one that speaks against your choice.
 
 # %% [markdown] id="answer-rivals" tags=["answer"] points=2 title="Question B: which localizer"
 # ### BEGIN SOLUTION

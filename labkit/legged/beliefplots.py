@@ -41,7 +41,7 @@ class BeliefPanel:
         (self.ellipse,) = ax.plot([], [], "-", color=VERMILION, lw=1.4, label="3σ ellipse")
         (self.mean,) = ax.plot([], [], "-", color=VERMILION, lw=2.2, label="estimate")
         self.artists = [self.image, self.wedges, self.dots, self.trail, self.sight, self.robot, self.ellipse, self.mean]
-        self.cells = Patch(color=GREEN, alpha=0.5, label="possible cells")
+        self.cells = Patch(color=self.image.cmap(0.8), alpha=0.6, label="possible cells")
         self.pointing = Patch(color="k", alpha=0.6, label="headings of the best")
 
     def show(self, belief: dict, log: FieldLog, k: int) -> Self:
@@ -132,18 +132,19 @@ class Watched:
 
 def plot_possible(ax: Axes, grid: FuzzyGrid, possible: Array, landmark: Landmark, robot: Point) -> None:
     """How possible each cell of a grid is (its shape), the landmark that was seen last, and the robot (2,) [m]."""
-    ax.pcolormesh(grid.x, grid.y, possible, cmap="Greens", vmin=0, vmax=1)
+    shades = ax.pcolormesh(grid.x, grid.y, possible, cmap="Greens", vmin=0, vmax=1)
     ax.plot(*landmark.p, "k*", ms=12, label="landmark")
     ax.plot(*robot, "+", color=BLUE, ms=12, mew=2, label="robot")
     half = grid.field.half + 0.2
     ax.set(aspect="equal", xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), xlabel="x [m]", ylabel="y [m]")
     ax.label_outer()
     if not ax.figure.legends:  # one for all panels
+        ax.figure.colorbar(shades, ax=ax.figure.axes, label="how possible")
         ax.figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
 def show_beliefs(localizer: Any, log: FieldLog, steps: Sequence[int] = (0, 1, 4, 10, 20, 60)) -> None:
-    """The paper's figure 4: what a localizer believes after some of the steps of a log."""
+    """As in the paper's figure 4: what a localizer believes after some of the steps of a log."""
     import matplotlib.pyplot as plt
 
     rows = -(-len(steps) // 3)

@@ -14,7 +14,8 @@ from .validation import as_motion, as_sightings
 class Hybrid:
     """A localizer that switches: `predict(u)`, `update(y)`, `xk_k` (3,), `Pk_k` (3, 3), `mode`.
 
-    finder:  a localizer that can start from nothing (a FuzzyGrid, a ParticleFilter); it has `reset()`.
+    finder:  a localizer that can start from nothing and knows how good its estimate is (a FuzzyGrid, a ParticleFilter):
+             it has `reset()`, `quality` and `size`.
     follow:  makes the tracker: called as follow(x0, P0), with the finder's estimate; it keeps in `d2` the
              squared distances of the sightings of its last update, in standard deviations.
     lost:    lost(P, d2) -> bool: whether the tracker should give up; P (3, 3), and d2 the last `memory` of them.
@@ -42,6 +43,8 @@ class Hybrid:
         as_count(background, "background", 0)
         if not (is_number(quality) and is_number(size)):
             raise ValueError(f"quality and size must be numbers, but they are {quality!r} and {size!r}")
+        if missing := [name for name in ("reset", "quality", "size") if not hasattr(finder, name)]:
+            raise ValueError(f"finder must be a FuzzyGrid or a ParticleFilter; {finder!r} has no `{missing[0]}`")
         self.finder, self.follow, self.lost = finder, follow, lost
         self.background, self.quality, self.size, self.frames, self.memory = (background, quality, size, frames, memory)
         self.tracker: Any = None

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from labkit import metrics, replay, wrap
-from labkit.legged import FuzzyGrid, Hybrid, LeggedRobot, race, steps_until_found
+from labkit.legged import FIELD, FuzzyGrid, Hybrid, LeggedRobot, race, steps_until_found
 
 from helpers.localizers import answer, ekf
 
@@ -69,6 +69,18 @@ def test_the_ramp_meets_its_bias_at_1_8_sigma():
     e = sigma + 0.3 * cell + sigma * np.array([0, 1, 1.7, 1.8, 3])
     S = answer("fuse_range")(np.ones(6), np.array([2.0, *(2 + e)]), 2.0, sigma, cell, 0.2)
     np.testing.assert_allclose(S, [1, 1, 1 - 0.45, 1 - 0.45 * 1.7, 0.2, 0.2])
+
+
+def test_two_rings_cross_at_two_spots_and_the_third_range_decides():
+    grid, robot = FuzzyGrid(), np.array([-0.8, 1.2])
+    possible, spots = np.ones(grid.px.shape), []
+    for k in (0, 1, 3):
+        distance = np.hypot(FIELD.map[k].p[0] - grid.px, FIELD.map[k].p[1] - grid.py)
+        r = np.hypot(*(FIELD.map[k].p - robot))
+        possible = answer("fuse_range")(possible, distance, r, sigma=0.05 * r)
+        spots.append([side.max() > 0.9 for side in (possible[grid.py < -0.5], possible[grid.py > 0.5])])
+        middle = possible[abs(grid.py) < 0.2].max()
+    assert spots[1:] == [[True, True], [False, True]] and middle < 0.5
 
 
 def test_larger_cells_lose_precision_but_less_than_they_grow():

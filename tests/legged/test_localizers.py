@@ -493,6 +493,11 @@ def test_what_a_hybrid_cannot_be_is_named(options, message):
         Hybrid(Walker(), Quick, lambda P, d2: False, **options)
 
 
+def test_a_hybrid_needs_a_finder_that_knows_how_good_it_is():
+    with pytest.raises(ValueError, match=r"finder must be a FuzzyGrid or a ParticleFilter; .* has no `reset`"):
+        Hybrid(Triangulation(), Quick, lambda P, d2: False)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -878,6 +883,9 @@ def test_times_count_from_the_start_and_from_the_kidnapping():
     np.testing.assert_array_equal(found.recovered(), [10, np.nan])
     sure[0, 45:] = False
     assert np.isnan(found.recovered()).all()
+    distance[1, 40:] = 0.1  # who is found only after the kidnapping was not found from nothing
+    np.testing.assert_array_equal(found.found(), [12, np.nan])
+    np.testing.assert_array_equal(found.recovered(), [np.nan, 10])
 
 
 @pytest.mark.filterwarnings("error")
