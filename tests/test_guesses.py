@@ -53,11 +53,11 @@ def test_no_name_is_used_in_two_labs():
     assert len(names) == len(set(names))
 
 
-@pytest.mark.parametrize("guess, says", [("b", "that is right"), (" C ", "(b) is right"), ("a", "Tempting, <but> no.")])
+@pytest.mark.parametrize("guess, says", [("b", "that is right"), ("(C) ", "(b) is right"), ("a", "<but> no.")])
 def test_who_chose_hears_why(far, capsys, guess, says):
     reveal("far-landmark", guess)
     out = capsys.readouterr().out
-    assert says in out and f"You chose ({guess.strip().lower()})" in out
+    assert says in out and f"You chose ({guess.strip(' ()').lower()})" in out
     assert out.index("(a) ") < out.index("(b) Right")
 
 
@@ -90,7 +90,7 @@ def made(*sources):
 def test_they_are_read_from_what_is_handed_in(far):
     key, call = "guess far-landmark", 'reveal("far-landmark", guess)'
     assert made(f'guess = "a"\n{call}') == {key: "a"}
-    assert made("guess = ' B '  # sure", f"plot()\n{call}") == {key: "b"}
+    assert made("guess = ' (B) '  # sure", f"plot()\n{call}") == {key: "b"}
     assert made('guess = "a"', 'guess = "c"', call) == {key: "c"}
     assert made(f'guess = "?"\n{call}') == made(f'guess = "z"\n{call}') == made(call) == {}
     assert made('guess = "a"\nreveal("<b>", guess)', 'reveal("other", guess)') == {}

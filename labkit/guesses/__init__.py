@@ -34,7 +34,7 @@ def reveal(name: str, guess: str) -> None:
     Raises LabError for a name that no lab has.
     """
     choices = letters(name)
-    chosen = guess.strip().lower() if isinstance(guess, str) else guess
+    chosen = guess.strip(" ()").lower() if isinstance(guess, str) else guess
     if chosen not in choices:
         quoted = [f'"{letter}"' for letter in choices]
         print(f"Choose first: write guess = {', '.join(quoted[:-1])} or {quoted[-1]}, and run the cell again.")

@@ -84,17 +84,22 @@ class FormationRun:
 
     @property
     def rms(self) -> float:
-        """[m] root mean square over all followers while the leader goes straight ahead.
+        """[m] root mean square distance from the slots, over all followers, while the leader goes straight ahead.
 
         The SETTLE seconds after the formation first stands and after each corner do not count.
         """
-        if np.isnan(self.formed):
-            return np.nan
+        return float(np.sqrt(np.mean(self.each_rms**2)))
+
+    @property
+    def each_rms(self) -> Array:
+        """(m,) [m] the rms of each of m followers."""
         calm = np.ones(len(self.errors), dtype=bool)
-        calm[: round((self.formed + SETTLE) / DT)] = False
+        calm[: round((self.formed + SETTLE) / DT) if self.formed >= 0 else None] = False
         for corner in self.corners:
             calm[corner : corner + round(SETTLE / DT)] = False
-        return float(np.sqrt(np.mean(self.errors[calm] ** 2))) if calm.any() else np.nan
+        if not calm.any():
+            return np.full(self.errors.shape[1], np.nan)
+        return np.sqrt(np.mean(self.errors[calm] ** 2, axis=0))
 
 
 def _seconds(good):

@@ -24,14 +24,14 @@ def draw_paths(
     truth: Poses,
     believed: Poses | None = None,
     title: str = "",
-    what: str = "estimate",
     true: str = "truth",
     loc: Any = "center",
+    odometry: Poses | None = None,
 ) -> None:
     """True paths (N+1, n, 3), in lines, and what was believed of them, dashed; robots where they end.
 
-    A robot that only stands is a mark at its last believed place.  what, true: what the two are called in the legend,
-    which stands at loc.
+    A robot that only stands is a mark at its last believed place.  true: what it is called in the legend, which
+    stands at loc;  odometry: poses as the truth, of which those of robot 0 are drawn too, dotted.
     """
     for i in range(truth.shape[1]):
         ax.plot(*truth[:, i, :2].T, "-", color=GREY, lw=2.5, alpha=0.5, label=true if i == 0 else None)
@@ -40,9 +40,11 @@ def draw_paths(
         color, poses = COLORS[i % len(COLORS)], np.asarray(believed)[:, i]
         stands = np.ptp(truth[:, i, :2], axis=0).max() < 1e-9
         last, style = (poses[-1:], "o") if stands else (poses, "--")
-        label = f"robot {i}, stands" if stands else f"{what}, robot {i}"
+        label = f"robot {i}, stands" if stands else f"estimate, robot {i}"
         ax.plot(*last[:, :2].T, style, color=color, lw=1.2, ms=4, label=label)
         ax.plot(*arrow(poses[-1]).T, "-", color=color, lw=1.4)
+    if odometry is not None:
+        ax.plot(*odometry[:, 0, :2].T, ":", color="k", lw=1.2, label="odometry, robot 0")
     ax.legend(loc=loc, fontsize=7, frameon=False)
     _in_metres(ax, title)
 
@@ -55,11 +57,13 @@ def draw_plan(ax: Axes, log: TeamLog, title: str = "") -> None:
     ax.plot(*way.T, "-", color=BLUE, lw=1.2, label="robot 0 drives")
     for k in range(15, len(way) - 10, 60):
         ax.annotate("", way[k + 8], way[k], arrowprops={"arrowstyle": "->", "color": BLUE})
+    ax.plot(*way[0], "o", color=BLUE, ms=6)
+    ax.text(way[0, 0] + 0.3, way[0, 1] + 0.3, "0", color=BLUE, fontsize=9)
     for i, pose in enumerate(truth[0, 1:], 1):
         ax.plot(*pose[:2], "o", color="k", ms=6, label="the others watch" if i == 1 else None)
         ax.plot(*arrow(pose, 0.8).T, "-", color="k", lw=1)
         ax.text(pose[0] - 0.3, pose[1] - 1.2, str(i), fontsize=9)
-    ax.legend(loc="center right", fontsize=7, frameon=False)
+    ax.legend(loc="upper left", bbox_to_anchor=(-8.9, 7.4), bbox_transform=ax.transData, fontsize=7, frameon=False)
     _in_metres(ax, title)
 
 
@@ -87,8 +91,9 @@ def draw_readings(ax: Axes, log: TeamLog, poses: Poses, title: str = "") -> None
 def draw_errors(
     ax: Axes, times: Array, errors: dict[str, Array], limit: float | None = None, of: str = "robot 0"
 ) -> None:
-    """Several errors (N+1,) [m] over time: {name: values}; of whom, for the label."""
+    """Several errors (N+1,) [m] over time: {name: values}; of whom, for the label.  Odometry is black and dotted."""
     for (name, values), color, style in zip(errors.items(), cycle(COLORS), cycle(["-", "--", "-.", ":"])):
+        color, style = ("k", ":") if name == "odometry" else (color, style)
         ax.plot(times[: len(values)], 100 * np.asarray(values), style, color=color, lw=1.2, label=name)
     ax.set(xlabel="time [s]", ylabel=f"error of {of} [cm]", xlim=(0, times[-1]), ylim=(0, limit))
     ax.legend(fontsize=8, frameon=False)

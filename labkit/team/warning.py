@@ -32,7 +32,7 @@ def warn_of(history: History, readings: list, ids: tuple, window: int = 100, sha
             first = int((out > share * window).argmax())
             step = steps[i][first + window - 1]
             warnings.warn_explicit(
-                f"up to step {step} of {len(readings)}, {out[first]:.0f} of {window} readings of robot {name} "
+                f"at step {step} of {len(readings)}, {out[first]:.0f} of the last {window} readings of robot {name} "
                 "lie beyond the gate: from there on, this frame is not to be trusted",
                 FrameWarning,
                 filename="replay",

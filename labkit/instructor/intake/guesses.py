@@ -8,7 +8,9 @@ from ...notebook.read import Cell
 
 PREFIX = "guess "  # of their keys among the answers; no id of a cell has a space
 
-_MADE = re.compile(r"""^\s*guess\s*=\s*["']\s*(\w)\s*["']|\breveal\(\s*["']([\w-]{1,80})["']\s*,\s*guess\b""", re.M)
+_MADE = re.compile(
+    r"""^\s*guess\s*=\s*["'][\s(]*(\w)[\s)]*["']|\breveal\(\s*["']([\w-]{1,80})["']\s*,\s*guess\b""", re.M
+)
 
 
 def guesses(cells: Iterable[Cell]) -> dict[str, str]:
