@@ -7,6 +7,7 @@ import base64
 import io
 import json
 import sys
+import tempfile
 from pathlib import Path
 
 from PIL import Image
@@ -14,6 +15,7 @@ from PIL import Image
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from helpers.browser import LAB1, LAB3, ROOT, Page, answers, cells, chromium, jupyterlab, put_filled
+from helpers.marking import graded, marking
 
 PICTURES = ROOT / "docs" / "pictures"
 WRONG = ("H = np.tile(-np.eye(2), (p, 1))", "H = np.tile(np.eye(2), (p, 1))")
@@ -71,8 +73,31 @@ def take(browser, server):
     page.close()
 
 
+def take_marking(browser):
+    """The page of `labkit mark`, with two answers that are the same and one that nearly is."""
+    said = (
+        "The truth is inside from the first step on, since $P_0 = 3\\,I$ makes the ellipse large. But **that is not "
+        "enough**: {} that is far too large would hold it too, so it must also be small.\n\n"
+        "| step | half axis |\n|---|--:|\n| 1 | 1.7 m |\n| 50 | 0.3 m |"
+    )
+    texts = [said.format("an ellipse"), said.format("an ellipse"), said.format("a region")]
+    students = dict(zip(("Ada Lovelace", "Alan Turing", "Grace Hopper"), texts))
+    with tempfile.TemporaryDirectory() as folder:
+        out = graded(Path(folder) / "out", {**students, "Emmy Noether": "Since it begins so large."})
+        with marking(out) as server:
+            page = browser.new_page(viewport={"width": 1240, "height": 860})
+            page.goto(f"{server.address}Noor/")
+            page.locator(".questions a").first.click()
+            for keys in ("n", "1", "c", "Say why it has to be small.", "Control+Enter", "1", "2"):
+                page.locator("#give").wait_for()
+                page.keyboard.insert_text(keys) if " " in keys else page.keyboard.press(keys)
+                page.wait_for_timeout(500)
+            shot(page, "marking")
+
+
 if __name__ == "__main__":
     still("05_fuzzy_hybrid", "explore(", "lab5-explore")
     still("07_formation", "draw_formation(", "lab7-formation")
     with chromium() as one, jupyterlab() as running:
+        take_marking(one)
         take(one, running)

@@ -53,7 +53,7 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     if args.canvas:
         told += fill_canvas(args.canvas, out / "canvas.csv", mine, paper.title, args.column, args.partial)
     status = _summary(mine, out, paper, told)
-    remember(book, paper.lab, args)
+    remember(book, paper.lab, args, [result for result in results if result.lab == paper.lab])
     return status
 
 

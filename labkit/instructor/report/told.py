@@ -6,16 +6,18 @@ So `labkit mark` can write them anew, and knows where that is needed.
 import hashlib
 import json
 from argparse import Namespace
+from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 
+from ..records import Result
 from .gradebook import Gradebook
 
 _FILES = ("submissions", "moodle", "canvas")
 
 
-def remember(book: Gradebook, lab: str, args: Namespace) -> None:
-    """All that there is of a lab's marks is written out, with these options."""
+def remember(book: Gradebook, lab: str, args: Namespace, results: Iterable[Result]) -> None:
+    """These `results` of a lab are written out, with these options."""
     kept: dict[str, object] = {}
     for name, value in vars(args).items():
         if isinstance(value, datetime):
@@ -24,7 +26,7 @@ def remember(book: Gradebook, lab: str, args: Namespace) -> None:
             kept[name] = str(Path(value).resolve())
         elif isinstance(value, str | int | float | list | None):
             kept[name] = value
-    stored = json.dumps({"options": kept, "marks": _digest(book, lab)})
+    stored = json.dumps({"options": kept, "marks": _digest(results)})
     book.db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (f"told {lab}", stored))
 
 
@@ -38,7 +40,7 @@ def recall(book: Gradebook, lab: str) -> Namespace:
 
 def outdated(book: Gradebook) -> list[str]:
     """The labs of which marks have changed since all was written out."""
-    return [lab for lab in book.labs() if _told(book, lab).get("marks") != _digest(book, lab)]
+    return [lab for lab in book.labs() if _told(book, lab).get("marks") != _digest(book.results(lab))]
 
 
 def _told(book, lab):
@@ -46,6 +48,6 @@ def _told(book, lab):
     return json.loads(rows[0][0]) if rows else {}
 
 
-def _digest(book, lab):
-    marks = [(result.id, mark.check, mark.points, mark.reason) for result in book.results(lab) for mark in result.marks]
+def _digest(results):
+    marks = [(result.id, mark.check, mark.points, mark.reason) for result in results for mark in result.marks]
     return hashlib.sha256(json.dumps(marks).encode()).hexdigest()

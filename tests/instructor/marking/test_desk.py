@@ -1,10 +1,12 @@
 """What there is to read, as it is now: whoever else writes into the gradebook."""
 
+import re
 from contextlib import closing
 
 import pytest
 
 from labkit.instructor.marking.desk import Desk
+from labkit.instructor.marking.pages import Pages
 from labkit.instructor.records import BLANK, BY_HAND, OPEN, Check
 from labkit.instructor.report.gradebook import Gradebook
 
@@ -59,6 +61,8 @@ def test_the_same_answers_wait_together_and_nobody_is_asked_to_read_nothing(book
     first, second = (desk.next(reader, only(desk)) for reader in ("Emmy", "Noor"))
     assert [a.label for a in first.answers] == ["Ada", "Bo"] and [a.label for a in second.answers] == ["Cem"]
     assert desk.next("Lise", only(desk)) is None
+    every = Pages(desk, "/token/").every("/token/Lise/", "Lise", only(desk))
+    assert re.search("being read by\\s*<bdi>\\s*Emmy\\s*</bdi>, *<bdi>\\s*Noor", every)
     assert give(desk, "Ada") == [] and states(desk)["Bo"] == OPEN
     assert desk.next("Emmy", only(desk), after=first.id) is first  # its other half, once the rest is somebody's
     assert give(desk, "Bo", "Cem") == [] and desk.next("Emmy", only(desk)) is None

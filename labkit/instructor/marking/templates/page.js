@@ -12,9 +12,7 @@ let going = false; // to another page: keys are for what will be seen there, so 
 const open = {}; // which parts are unfolded, by id
 
 function tell(id, words) {
-  const place = document.getElementById(id);
-  place.textContent = words;
-  place.hidden = !words;
+  document.getElementById(id).textContent = words;
 }
 
 function entry() {
