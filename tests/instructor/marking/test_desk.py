@@ -67,6 +67,8 @@ def test_the_same_answers_wait_together_and_nobody_is_asked_to_read_nothing(book
     assert desk.next("Emmy", only(desk), after=first.id) is first  # its other half, once the rest is somebody's
     assert give(desk, "Bo", "Cem") == [] and desk.next("Emmy", only(desk)) is None
     assert only(desk).check.model == "So."
+    page = " ".join(Pages(desk, "/token/").overview("/token/Emmy/", "Emmy").split())
+    assert "3 of 3 read" in page and re.search("Emmy ?</bdi> ?: 3[.]", page) and "Emmy" in Pages(desk, "/token/").ask()
 
 
 def test_what_another_server_gives_is_seen_and_not_overwritten(book, other):
