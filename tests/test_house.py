@@ -46,8 +46,9 @@ def test_what_students_get_is_small(figures):
     it cannot use, where numpy would fail somewhere inside or, worse, give a number. What nobody should read in a lab,
     the drawing above all, was moved here from the notebooks' cells, which have at most 15 lines.
     Another 30 keep the verdict where a diagnosis fails.
+    Another 175 came from lab 8's cells, and tell its open filters step by step from the one that they should be like.
     """
-    assert figures["lines, students' side"] <= 11570
+    assert figures["lines, students' side"] <= 11765
 
 
 def test_modules_and_functions_are_short(figures):

@@ -6,7 +6,7 @@ sigma_d [m] and sigma [rad] are the standard deviations of range and bearing; po
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..geometry import Array, Covariance, Covariances
+from ..geometry import Array, Covariance, Covariances, Point, Poses
 
 WAYS = ("raw", "additive", "multiplicative")
 
@@ -54,6 +54,15 @@ def expected_spread(d: float, alpha: float, sigma_d: float, sigma: float) -> Cov
     s = sigma**2
     half = np.exp(s) * (d**2 + sigma_d**2) / 2
     return _turned(half * (1 + np.exp(-2 * s)) - d**2, half * (1 - np.exp(-2 * s)), alpha)
+
+
+def point_seen(poses: Poses, i: int, j: int) -> tuple[Point, Array]:
+    """Where robot i has robot j in its own frame (2,) [m], of poses (n, 3), and the Jacobian (2, 3n) of that."""
+    c, s = np.cos(poses[i, 2]), np.sin(poses[i, 2])
+    to = np.array([[c, s], [-s, c]])  # from the common frame to the observer's
+    point, A = to @ (poses[j] - poses[i])[:2], np.zeros((2, len(poses), 3))
+    A[:, j, :2], A[:, i, :2], A[:, i, 2] = to, -to, (point[1], -point[0])
+    return point, A.reshape(2, -1)
 
 
 def _turned(along, across, alpha):

@@ -50,6 +50,13 @@ def frame_errors(poses: Poses, truth: Poses, who: int = 0) -> FrameErrors:
     )
 
 
+def relative_rms(poses: Poses, truth: Poses) -> float:
+    """Root mean square error [m] of where the robots have each other in their own frames: poses, truth (N+1, n, 3)."""
+    pairs = permutations(range(poses.shape[1]), 2)
+    off = [relative(poses[:, j], poses[:, i]) - relative(truth[:, j], truth[:, i]) for i, j in pairs]
+    return float(np.sqrt(np.nanmean([(e[:, :2] ** 2).sum(axis=1) for e in off])))
+
+
 def relative_nees_per_dimension(history: History, log: TeamLog) -> float:
     """Mean NEES per dimension, over all ordered pairs, of where each robot has each other one in its own frame.
 

@@ -101,7 +101,10 @@ def notebook(lab):
     """What a notebook's figures build upon: its setup and its answers."""
     given = {}
     with chdir(ROOT / "solutions"):
-        for source in (cells(lab, "solutions")["setup"], *answers(lab).values()):
+        own = [
+            source for id, source in cells(lab, "solutions").items() if id.startswith("setup") and id != "setup-exam"
+        ]
+        for source in (*own, *answers(lab).values()):
             exec(source, given)
     plt.close("all")
     return given
