@@ -6,6 +6,7 @@ import re
 import secrets
 import socket
 import stat
+import tempfile
 import webbrowser
 from argparse import Namespace
 from contextlib import closing
@@ -87,11 +88,14 @@ def _token(door: Path) -> str:
 def _open_door(door: Path, token: str, address: str, browser: bool) -> None:
     """Write the page that leads to the server, and show it: an address in a command line could be read by others."""
     page = f'<!DOCTYPE html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url={escape(address)}">'
-    with contextlib.suppress(OSError):
-        door.unlink(missing_ok=True)
     try:
-        with open(os.open(door, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
-            file.write(page)
+        file, part = tempfile.mkstemp(dir=door.parent, prefix=door.stem)  # nobody else may read it
+        try:
+            with open(file, "w", encoding="utf-8") as leaf:
+                leaf.write(page)
+            os.replace(part, door)  # in one step: another server that begins just now finds the token
+        finally:
+            Path(part).unlink(missing_ok=True)
     except OSError as error:
         raise CommandError(f"{door} cannot be written: {why(error)}.") from None
     if browser:

@@ -104,7 +104,8 @@ class Handler(RequestHandler):
         error = kwargs.get("exc_info", (None, None))[1]
         text = TOLD.get(status_code, "That went wrong: see the terminal in which labkit mark runs.")
         if isinstance(error, sqlite3.Error):
-            status_code, text = 503, f"Not kept yet: the gradebook: {trouble(error)}. It is tried again."
+            text = f"The gradebook: {trouble(error)}."
+            text = f"Not kept yet. {text} It is tried again." if self.request.method == "POST" else text
             self.set_status(503)
         if self.request.method == "POST":
             self.finish({"said": text})
