@@ -61,6 +61,10 @@ def _add_term(commands):
     term = commands.add_parser("term", help="write one page over all labs of a class (instructors)")
     term.add_argument("out", metavar="OUT", help="the folder that labkit grade wrote into")
     term.set_defaults(run=_term)
+    similar = commands.add_parser("similar", help="show whose code is alike, side by side (instructors)")
+    similar.add_argument("out", metavar="OUT", help="the folder that labkit grade wrote into")
+    similar.add_argument("--lab", required=True, metavar="NAME", help="such as 01_cartesian_ekf")
+    similar.set_defaults(run=_similar)
 
 
 def _add_mark(commands):
@@ -170,6 +174,13 @@ def _mark(args):
     from .marking import command
 
     return command.main(args)
+
+
+def _similar(args):
+    from . import command
+    from .term.command import similar
+
+    return command.run("similar", similar, args)
 
 
 def _release(args):

@@ -10,6 +10,7 @@ from .exam.paper import Paper
 from .intake.attempts import Rules, hand_ins
 from .intake.collect import Submissions, Unfit
 from .records import CommandError
+from .report import code
 from .report.canvas import names_of
 from .report.gradebook import Gradebook
 from .report.moodle_times import dated
@@ -75,6 +76,7 @@ def _enter(book, paper, found, anew, folder):
         id = book.add(*about, source, found.digest, paper.digest, entry.when, found.late, found.notes, work.answers)
         done = False
     book.choose(id, found.notes, found.late, entry.when)
+    code.keep(book, id, work)
     if done:
         return None, graded_by != paper.digest
     key = f"{entry.student}\n{entry.identifier}"

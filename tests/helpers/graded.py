@@ -172,6 +172,6 @@ def sound(page):
         assert not name.startswith("on")
         assert name not in ("href", "src") or (tag, name) in {("a", "href"), ("img", "src")}
         assert name != "src" or re.match(r"data:image/(png|jpe?g|gif);base64,", value)
-        assert name != "href" or re.fullmatch(r"[\w./%~-]+\.html", value)
+        assert name != "href" or re.fullmatch(r"[\w./%~-]+\.html|#\w+", value)
     assert not re.search("[\x00-\x08\x0b-\x1f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]", page)
     return seen

@@ -1,10 +1,15 @@
-"""A gradebook of several labs, for tests, pictures and the benchmark of the term."""
+"""A gradebook of several labs and codes that may be copies, for tests, pictures and benchmarks of the term."""
 
+import ast
+import re
 from contextlib import closing
 
+from labkit.instructor.authoring.spec import definitions
 from labkit.instructor.report.gradebook import Gradebook
 
+from helpers.classroom import answers, blank, cell_is_code
 from helpers.graded import CHECKS, classroom
+from helpers.reference import ROOT
 
 LABS = (
     "01_cartesian_ekf",
@@ -43,3 +48,74 @@ def enter(book, lab, result, number=0):
     for mark in result.marks:
         if mark.check in hands and mark.points is not None:
             book.hand(book.result(id), mark.check, mark.points, mark.reason)
+
+
+# Right forms of which each was written for itself: others are one text with a line changed, as a copy would be.
+INDEPENDENT = {
+    "01_cartesian_ekf": (
+        *("inverse", "pinv", "joseph", "both signs", "information form", "sequential", "mean of the innovations"),
+        *("float32", "in place", "loops and columns"),
+    ),
+    "03_range_bearing_ekf": (
+        *("inverse", "pinv", "joseph", "both signs", "information form", "sequential", "least squares", "loops"),
+        *("einsum", "dictionary", "math", "central differences", "positive bearings", "float32", "column"),
+    ),
+}
+
+
+def codes(lab):
+    """{id: text} of all answers of a lab, in each of its independent right forms."""
+    text = "\n\n".join(source for id, source in answers(lab).items() if cell_is_code(blank(lab), id))
+    text = re.sub(r" *### (BEGIN|END) SOLUTION\n?", "", text)
+    found = {"model": text}
+    for check in definitions(ROOT):
+        for right in check.right if check.lab == lab else ():
+            if right.id in INDEPENDENT[lab] and right.id not in found:
+                found[right.id] = formed(text, right.form)
+    return {id: made for id, made in found.items() if made}
+
+
+def formed(text, form):
+    """A text in another form: code that is appended, or edits; None if an edit does not fit."""
+    if isinstance(form, str):
+        return f"{text}\n\n{form}"
+    for old, new in form:
+        if text.count(old) != 1:
+            return None
+        text = text.replace(old, new)
+    return text
+
+
+class _Disguise(ast.NodeTransformer):
+    """Names are others, functions stand in another order, and no comment or docstring is left."""
+
+    def visit_ClassDef(self, node):
+        self.generic_visit(node)
+        node.body.sort(key=lambda part: getattr(part, "name", ""), reverse=True)
+        return node
+
+    visit_Module = visit_ClassDef  # noqa: N815 - ast's name
+
+    def visit_FunctionDef(self, node):
+        self.names = {arg.arg for arg in node.args.args if arg.arg != "self"}
+        self.names |= {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        self.generic_visit(node)
+        if ast.get_docstring(node):
+            node.body[0].value = ast.Constant("Another text.")
+        return node
+
+    def visit_Name(self, node):
+        node.id = f"my_{node.id}" if node.id in self.names else node.id
+        return node
+
+    def visit_arg(self, node):
+        node.arg = f"my_{node.arg}" if node.arg in self.names else node.arg
+        return node
+
+
+def disguised(text):
+    """A text as somebody hands it in who does not want to be seen to have copied it."""
+    tree = _Disguise()
+    tree.names = set()
+    lines = ast.unparse(tree.visit(ast.parse(text))).splitlines()
+    return "\n".join(line + ("  # my own idea" if n % 3 == 0 else "") for n, line in enumerate(lines))

@@ -376,8 +376,8 @@ def test_what_cannot_work_says_why(tmp_path, arguments, words):
 
 
 def test_two_graders_do_not_share_a_folder(small):
-    from labkit.instructor.command import _alone
+    from labkit.instructor.command import alone
 
-    with _alone(small / "out"):
+    with alone(small / "out"):
         done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
     assert done.returncode == 2 and "Another labkit grade" in done.stderr

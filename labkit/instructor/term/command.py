@@ -4,13 +4,19 @@ from argparse import Namespace
 from contextlib import closing
 from pathlib import Path
 
+from ...notebook.read import NotebookError
 from .. import files
+from ..exam.exam import ROOT
 from ..records import CommandError
+from ..report import code
 from ..report.gradebook import Gradebook
+from ..report.names import labels
 from ..report.tables import written_for_excel
-from ..report.texts import counted
+from ..report.texts import counted, listed
+from . import similar as alike
 from .overview import read
-from .page import links, others, term_page
+from .page import SIMILAR, links, others, term_page
+from .similar_page import similar_page
 from .tables import write_csv, write_xlsx
 
 PAGE = "term.html"
@@ -42,4 +48,27 @@ def term(args: Namespace) -> int:
     with closing(book_in(out)) as book:
         count = write_term(book, out)
     print(f"{counted(count, 'student')}: see {out / PAGE}; the same is in term.csv and term.xlsx.")
+    return 0
+
+
+def similar(args: Namespace) -> int:
+    """Write the page of similar code of one lab; returns the exit status. Raises CommandError."""
+    out = Path(args.out)
+    with closing(book_in(out)) as book:
+        if args.lab not in book.labs():
+            raise CommandError(f"{out} holds no lab {args.lab!r}; there are: {listed(book.labs()) or 'none'}.")
+        kept, results = code.kept(book, args.lab), [*book.results(args.lab)]
+        who = {result.id: label for label, result in zip(labels(results), results) if not result.problem}
+        try:
+            given = alike.given(ROOT, args.lab)
+        except NotebookError as error:
+            raise CommandError(f"{error} `labkit build` makes it anew.") from None
+        found = alike.compare({who[id]: kept[id] for id in who if id in kept}, given)
+        path = out / SIMILAR.format(args.lab)
+        files.write(path, similar_page(args.lab, found, len(who.keys() - kept.keys())))
+        write_term(book, out)
+    told = len(found.pairs) + len(found.more)
+    print(f"{counted(found.students, 'student')}; {counted(told, 'pair')} to look at: see {path}.")
+    if found.students < len(who):
+        print("Some were graded before the gradebook kept code: run the same `labkit grade` once more, then this.")
     return 0

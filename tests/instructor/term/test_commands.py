@@ -7,7 +7,7 @@ from labkit.cli import main
 from helpers.term import a_term
 
 
-@pytest.mark.parametrize("command", [["term"]])
+@pytest.mark.parametrize("command", [["term"], ["similar", "--lab", "01_cartesian_ekf"]])
 def test_a_folder_without_a_gradebook_is_told_and_stays_as_it_was(command, tmp_path, capsys):
     assert main([command[0], str(tmp_path), *command[1:]]) == 2
     assert "holds no gradebook.db: name the folder that labkit grade wrote into" in capsys.readouterr().err
