@@ -52,6 +52,11 @@ def _add_grade(commands):
         help="how grades.csv and summary.csv are written: a,1.5 or, for the Excel of a language with decimal commas, "
         "a;1,5 (default: as the grades.csv that is there, else plain)",
     )
+    one.add_argument(
+        "--show-answers",
+        action="store_true",
+        help="on students' pages, show rubric and model answer of each written question to which all answers are read",
+    )
     _add_rules(one)
     _add_machine(one)
     one.set_defaults(run=_grade)

@@ -1,11 +1,11 @@
 """The page that a student gets back."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from ...guesses import told
 from ..intake.guesses import PREFIX
-from ..records import NOT_RUN, UNSHUT, Check, Mark, Result
+from ..records import NOT_RUN, OPEN, UNSHUT, Check, Mark, Result
 from .divided import divided
 from .figures import Drawer
 from .pages import LOOKS, Look, address, cut, render
@@ -14,7 +14,10 @@ from .ways import ways
 
 
 class Entry(NamedTuple):
-    """What a student is told of one check, and nothing that must not be told."""
+    """What a student is told of one check, and nothing that must not be told.
+
+    after: headings and texts that are shown once all is read.
+    """
 
     title: str
     hidden: bool
@@ -26,6 +29,7 @@ class Entry(NamedTuple):
     mistake: str
     more: Sequence[str]
     lines: Sequence[str]
+    after: Sequence[tuple[str, str]]
 
 
 class Picture(NamedTuple):
@@ -64,8 +68,23 @@ PICTURES = {
 }
 
 
-def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: Drawer | None = None) -> str:
-    """The HTML of a student's page. checks: all of the lab, in order; without a drawer there is no picture."""
+def all_read(results: Sequence[Result], checks: Sequence[Check]) -> frozenset[str]:
+    """The written questions to which no answer waits to be read."""
+    waiting = {mark.check for result in results for mark in result.marks if mark.status == OPEN}
+    return frozenset(check.id for check in checks if check.hand and check.id not in waiting)
+
+
+def feedback_page(
+    result: Result,
+    checks: Sequence[Check],
+    title: str,
+    drawer: Drawer | None = None,
+    solved: Collection[str] = frozenset(),
+) -> str:
+    """The HTML of a student's page. checks: all of the lab, in order; without a drawer there is no picture.
+
+    solved: the written questions of which the student sees rubric and model answer.
+    """
     given = {mark.check: mark for mark in result.marks}
     shown = [] if result.problem and not given else checks
     return render(
@@ -76,7 +95,7 @@ def feedback_page(result: Result, checks: Sequence[Check], title: str, drawer: D
         most=result.max_points or sum(check.points for check in checks),
         origin=_origin(result),
         notes=_notes(result),
-        entries=_once([_entry(check, given.get(check.id), result.answers.get(check.id, "")) for check in shown]),
+        entries=_once([_entry(check, given.get(check.id), result, check.id in solved) for check in shown]),
         divided=divided(result, shown),
         picture=_picture(result, drawer),
         guesses=_guesses(result),
@@ -120,7 +139,9 @@ def _once(entries: Sequence[Entry]) -> list[Entry]:
     return told
 
 
-def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
+def _entry(check: Check, mark: Mark | None, result: Result, solved: bool) -> Entry:
+    answer = result.answers.get(check.id, "")
+    after = [("How it is marked", check.rubric), ("A model answer", check.model)] if check.hand and solved else []
     mark = mark or Mark(check.id, 0, check.points, NOT_RUN)
     points = "–" if mark.points is None else plain(mark.points, 2)
     new = not check.hidden and mark.mistake not in mark.reason  # the reason is all that is told of a hidden check
@@ -134,6 +155,7 @@ def _entry(check: Check, mark: Mark | None, answer: str) -> Entry:
         final(mark.reason.removesuffix(UNSHUT).rstrip()),
         mark.mistake if new else "",
         *(((), ()) if check.hidden else _apart(mark.lines)),
+        [(heading, text) for heading, text in after if text.strip()],
     )
 
 

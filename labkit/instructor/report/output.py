@@ -11,7 +11,7 @@ from ..exam.paper import Paper
 from ..records import ERROR, Result
 from .canvas import fill_canvas
 from .class_overview import class_page
-from .feedback import feedback_page
+from .feedback import all_read, feedback_page
 from .figures import Drawer
 from .gradebook import Gradebook
 from .moodle import fill_moodle, rows_of
@@ -36,7 +36,7 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     book.settled()
     write_summary(out / "summary.csv", results, excel)
     mine = [result for result in results if result.lab == paper.lab]
-    pages = _feedback(book, paper, out, mine)
+    pages = _feedback(book, paper, out, mine, vars(args).get("show_answers"))
     rows = rows_of(Sheet(args.moodle)) if args.moodle else {}
     send_back(out / f"feedback-{paper.lab}.zip", out / "feedback" / paper.lab, mine, pages, rows)
     files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, paper.title, pages))
@@ -57,14 +57,17 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     return status
 
 
-def _feedback(book: Gradebook, paper: Paper, out: Path, results: Sequence[Result]) -> dict[str, str]:
-    """Write a page for each student; returns {label: file name} of them."""
+def _feedback(
+    book: Gradebook, paper: Paper, out: Path, results: Sequence[Result], answers: bool | None
+) -> dict[str, str]:
+    """Write a page for each student, with model answers if that is asked for; returns {label: file name} of them."""
+    solved = all_read(results, paper.checks) if answers else frozenset()
     folder = out / "feedback" / paper.lab
     folder.mkdir(parents=True, exist_ok=True)
     drawer, pages = Drawer(), page_names(results)
     for name, result in zip(pages.values(), results):
         seen = replace(result, figure=book.figure(result.id))  # a copy, since a class's figures are heavy
-        files.write(folder / name, feedback_page(seen, paper.checks, paper.title, drawer))
+        files.write(folder / name, feedback_page(seen, paper.checks, paper.title, drawer, solved))
     return pages
 
 

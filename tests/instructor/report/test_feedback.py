@@ -1,10 +1,11 @@
 """The page that a student gets back: what it shows, and what it must not."""
 
+from dataclasses import replace
 from datetime import datetime
 
 from labkit.instructor import records
 from labkit.instructor.records import UNSHUT, Mark, Result
-from labkit.instructor.report.feedback import feedback_page
+from labkit.instructor.report.feedback import all_read, feedback_page
 from labkit.instructor.report.figures import Drawer
 
 from helpers.graded import CHECKS, LINES, MISTAKES, TITLE, curve, sound
@@ -115,3 +116,16 @@ def test_no_colours_of_a_terminal_and_no_hope_where_a_mark_is_final():
         and "not yet" not in text.lower()
         and "Not right: one" in text
     )
+
+
+def test_rubric_and_model_answer_are_shown_only_when_asked_for_and_all_is_read():
+    checks = [replace(check, model="SECRET-MODEL $r$") for check in CHECKS]
+    ada = Result("Ada", marks=[Mark("q6", 1, 3, records.BY_HAND), Mark("q7", None, 2.5, records.OPEN)])
+    bela = Result("Bela", marks=[Mark("q6", 0, 3, records.BLANK), Mark("q7", 2, 2.5, records.BY_HAND)])
+    assert all_read([ada, bela], checks) == {"q6"}
+    assert "SECRET" not in feedback_page(ada, checks, TITLE)
+    page = feedback_page(ada, checks, TITLE, solved=all_read([ada, bela], checks))
+    text = sound(page).text
+    assert text.count("A model answerSECRET-MODEL r") == text.count("How it is markedSECRET-RUBRIC") == 1
+    hidden = feedback_page(ada, checks, TITLE, solved={check.id for check in checks})
+    assert hidden.count("SECRET-MODEL") == 2 and "SECRET-Q" not in hidden  # those of the two written questions

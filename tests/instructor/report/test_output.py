@@ -4,6 +4,7 @@ import os
 import zipfile
 from argparse import Namespace
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
@@ -211,3 +212,14 @@ def test_killed_at_any_file_the_next_run_takes_nothing_for_a_persons_mark(book, 
         assert not book.db.execute("SELECT * FROM hand").fetchall()
         write_all(book, PAPER, tmp_path, NOTHING)
         assert not list(tmp_path.glob("*.part"))
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_model_answers_come_with_an_option_when_all_are_read(book, tmp_path, asked):
+    checks = [CHECKS[0], replace(CHECKS[1], rubric="RUBRIC", model="MODEL")]
+    paper, args = Namespace(**{**vars(PAPER), "checks": checks}), Namespace(**vars(NOTHING), show_answers=asked)
+    page = tmp_path / "feedback" / "lab3" / "Ada.html"
+    for number, result in enumerate([*book.results("lab3")]):
+        book.hand(result, "q1", 2, "")
+        write_all(book, paper, tmp_path, args)
+        assert ("MODEL" in page.read_text(encoding="utf-8")) == (asked and number == 1)
