@@ -155,7 +155,7 @@ def _entry(check: Check, mark: Mark | None, result: Result, solved: bool) -> Ent
         final(mark.reason.removesuffix(UNSHUT).rstrip()),
         mark.mistake if new else "",
         *(((), ()) if check.hidden else _apart(mark.lines)),
-        [(heading, text) for heading, text in after if text.strip()],
+        after=[(heading, text) for heading, text in after if text.strip()],
     )
 
 
