@@ -27,9 +27,9 @@ class Entry(NamedTuple):
     answer: str
     reason: str
     mistake: str
+    after: Sequence[tuple[str, str]]
     more: Sequence[str]
     lines: Sequence[str]
-    after: Sequence[tuple[str, str]]
 
 
 class Picture(NamedTuple):
@@ -154,8 +154,8 @@ def _entry(check: Check, mark: Mark | None, result: Result, solved: bool) -> Ent
         answer if check.hand and not is_blank(answer) else "",
         final(mark.reason.removesuffix(UNSHUT).rstrip()),
         mark.mistake if new else "",
+        [(heading, text) for heading, text in after if text.strip()],
         *(((), ()) if check.hidden else _apart(mark.lines)),
-        after=[(heading, text) for heading, text in after if text.strip()],
     )
 
 
