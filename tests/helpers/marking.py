@@ -1,10 +1,13 @@
 """A gradebook with written answers, and `labkit mark` running on it, for tests, pictures and the benchmark."""
 
+import http.client
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import uuid
 from contextlib import closing, contextmanager
 
 from labkit.instructor.exam.paper import read as read_paper
@@ -76,3 +79,32 @@ def points(out, lab=LAB, check=Q1):
     """{student: points} as they are in the gradebook."""
     with closing(Gradebook(out / "gradebook.db")) as book:
         return {r.student: m.points for r in book.results(lab) for m in r.marks if m.check == check}
+
+
+def ask(server, path, method="GET", body=None, **headers):
+    """(status, text, headers) of a request as the page's script makes it, with other headers where they are given."""
+    own = {"Origin": server.address.split(f"/{server.token}")[0], "Content-Type": "application/json"}
+    own = {**(own if method == "POST" else {}), **{k.replace("_", "-"): v for k, v in headers.items()}}
+    with closing(http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)) as line:
+        line.request(method, path, body, {name: value for name, value in own.items() if value})
+        answer = line.getresponse()
+        return answer.status, answer.read().decode(), dict(answer.headers)
+
+
+def next_of(server, reader):
+    """(address of the page, {id: newest mark}) of what a reader is given to read first."""
+    status, page, _ = ask(server, f"/{server.token}/{reader}/")
+    assert status == 200
+    key = page.split('class="questions"')[1].split(f"/{reader}/")[1].split("/")[0]
+    _, _, headers = ask(server, f"/{server.token}/{reader}/{key}/")
+    _, page, _ = ask(server, headers["Location"])
+    boxes = [line for line in page.splitlines() if 'class="slot"' in line]
+    return headers["Location"], {
+        b.split('value="')[1].split('"')[0]: int(b.split('seen="')[1].split('"')[0]) for b in boxes
+    }
+
+
+def give(server, path, seen, points="1", **more):
+    body = {"act": str(uuid.uuid4()), "seen": seen, "points": points, "comment": "", "ticks": [], **more}
+    status, text, _ = ask(server, path, "POST", json.dumps(body))
+    return status, json.loads(text)["said"]

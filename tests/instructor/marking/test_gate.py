@@ -1,10 +1,13 @@
 """Who is let in to `labkit mark`, what is refused, and what becomes of the marks when it ends."""
 
+import contextlib
 import http.client
 import json
 import socket
 import sqlite3
 import sys
+import threading
+import time
 import uuid
 from contextlib import closing
 
@@ -14,7 +17,7 @@ from labkit import cli
 from labkit.instructor.report.texts import plain
 
 from helpers.graded import table
-from helpers.marking import graded, marking, points
+from helpers.marking import Marking, ask, give, graded, marking, next_of, points
 
 pytestmark = pytest.mark.slow
 
@@ -27,35 +30,6 @@ def server(tmp_path_factory):
     with marking(out) as running:
         running.out = out
         yield running
-
-
-def ask(server, path, method="GET", body=None, **headers):
-    """(status, text, headers) of a request as the page's script makes it, with other headers where they are given."""
-    own = {"Origin": server.address.split(f"/{server.token}")[0], "Content-Type": "application/json"}
-    own = {**(own if method == "POST" else {}), **{k.replace("_", "-"): v for k, v in headers.items()}}
-    with closing(http.client.HTTPConnection("127.0.0.1", server.port, timeout=60)) as line:
-        line.request(method, path, body, {name: value for name, value in own.items() if value})
-        answer = line.getresponse()
-        return answer.status, answer.read().decode(), dict(answer.headers)
-
-
-def next_of(server, reader):
-    """(address of the page, {id: newest mark}) of what a reader is given to read first."""
-    status, page, _ = ask(server, f"/{server.token}/{reader}/")
-    assert status == 200
-    key = page.split('class="questions"')[1].split(f"/{reader}/")[1].split("/")[0]
-    _, _, headers = ask(server, f"/{server.token}/{reader}/{key}/")
-    _, page, _ = ask(server, headers["Location"])
-    boxes = [line for line in page.splitlines() if 'class="slot"' in line]
-    return headers["Location"], {
-        b.split('value="')[1].split('"')[0]: int(b.split('seen="')[1].split('"')[0]) for b in boxes
-    }
-
-
-def give(server, path, seen, points="1", **more):
-    body = {"act": str(uuid.uuid4()), "seen": seen, "points": points, "comment": "", "ticks": [], **more}
-    status, text, _ = ask(server, path, "POST", json.dumps(body))
-    return status, json.loads(text)["said"]
 
 
 @pytest.mark.parametrize(
@@ -193,3 +167,44 @@ def test_at_its_end_tables_and_pages_have_the_marks(tmp_path):
     assert plain(2) in page and "to be read" not in page
     with marking(out) as server:
         assert "No mark has changed" in server.end()[1]
+
+
+def test_in_a_storm_of_readers_servers_and_kills_each_mark_is_kept_once(tmp_path):
+    count = 16
+    out = graded(tmp_path / "out", {f"Student {n}": f"Answer {n} is number {n * n}." for n in range(count)})
+    servers, kept, ended = [Marking(out), Marking(out)], {}, threading.Event()
+
+    def read(name, of):
+        while not ended.is_set():
+            with contextlib.suppress(OSError, http.client.HTTPException, KeyError):  # the server is killed just now
+                address, seen = next_of(servers[of], name)
+                if not seen and f"{count} of {count} read" in ask(servers[of], address)[1]:
+                    ended.set()
+                time.sleep(0 if seen else 0.05)  # somebody else has the rest
+                act, status = str(uuid.uuid4()), 0
+                while seen and status != 200 and status != 409:
+                    with contextlib.suppress(OSError, http.client.HTTPException):
+                        status, _ = give(servers[of], address, seen, act=act)
+                kept.update({act: [*seen]} if status == 200 else {})
+
+    readers = [
+        threading.Thread(target=read, args=about, daemon=True) for about in (("Emmy", 0), ("Noor", 1), ("Lise", 0))
+    ]
+    try:
+        for reader in readers:
+            reader.start()
+        while not kept:
+            time.sleep(0.01)
+        port = servers[0].port
+        servers[0].kill()
+        servers[0] = Marking(out, port)
+        for reader in readers:
+            reader.join(60)
+    finally:
+        ended.set()
+        for server in servers:
+            server.kill()
+    with closing(sqlite3.connect(out / "gradebook.db")) as book:
+        given = dict(book.execute("SELECT act, count(*) FROM hand GROUP BY act"))
+    assert given == {act: len(ids) for act, ids in kept.items()}
+    assert set(points(out).values()) == {1} and len(points(out)) == count

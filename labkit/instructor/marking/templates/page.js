@@ -107,8 +107,9 @@ function unsent() {
   return sending || clean && JSON.stringify(entry()) !== clean;
 }
 
+// The focus goes to what is to be read now.
 function rest() {
-  ($("h1") || document.body).focus({preventScroll: true});
+  ($(".answer h2[tabindex]") || $("h1") || document.body).focus({preventScroll: true});
 }
 
 function leave(link) {
