@@ -1,6 +1,5 @@
 """Where two codes are the same: the longest stretches first, as Wise's greedy string tiling takes them."""
 
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from .fingerprints import NONE, RUN, among, hashes
 from .tokens import Code
 
-MOST = 30  # places at which a run of tokens is looked for: more often it is a table of numbers
+MOST = 5  # places of a run of tokens at which a stretch may begin: what comes more often is a table, or a trap
 
 
 class Stretch(NamedTuple):
@@ -59,11 +58,12 @@ def stretches(one: Code, other: Code, given: NDArray[np.uint64]) -> list[Stretch
 def _runs(one: Code, other: Code, given: NDArray[np.uint64]) -> Iterator[Stretch]:
     """All stretches that cannot be made longer."""
     ours, theirs = (np.where(among(of, given), NONE, of).tolist() for of in (hashes(one), hashes(other)))
-    places = defaultdict(list)
+    places: dict[int, list[int]] = {}
     for place, run in enumerate(theirs):
-        places[run].append(place)
+        places.setdefault(run, []).append(place)
     for place, run in enumerate(ours):
-        for start in places[run][:MOST] if run != NONE and run in places else ():
+        starts = places.get(run, ())
+        for start in starts if run != NONE and len(starts) <= MOST else ():
             if place and start and ours[place - 1] == theirs[start - 1] != NONE:
                 continue  # it began before
             length = 1
