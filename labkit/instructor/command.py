@@ -10,6 +10,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from . import policy
 from .console import Progress, stoppable
 from .exam import pool
 from .exam.jobs import Job, Room, way
@@ -62,13 +63,14 @@ def grade(args: Namespace) -> int:
         raise CommandError(f"{out} cannot be made: {why(error)}.") from None
     with contextlib.ExitStack() as stack:
         stack.enter_context(alone(out))
+        course = policy.read(out / policy.NAME)
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
         folder = stack.enter_context(temporary("class"))
         os.chmod(folder, 0o700)
         with Submissions(args.submissions) as submissions, book:
-            jobs, notes = register(book, paper, submissions, args, folder)
+            jobs, notes = register(book, paper, submissions, args, folder, course)
         for note in notes:
             print(f"Note: {clean(note)}")
         loading = threading.Thread(target=importlib.import_module, args=("labkit.instructor.report.output",))
@@ -80,17 +82,21 @@ def grade(args: Namespace) -> int:
             loading.start()
             work(book, paper, sandbox, jobs, here, args)
             loading.join()
-        if args.attempts == "best":
-            book.choose_best(paper.lab)
-        return write_out(book, paper, out, args)
+        return write_out(book, paper, out, args, course)
 
 
-def write_out(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
-    """Write all tables and pages, those of the term too; the exit status of `write_all`. Raises CommandError."""
+def write_out(book: Gradebook, paper: Paper, out: Path, args: Namespace, course: policy.Course | None = None) -> int:
+    """Write all tables and pages, those of the term too, after the course's rules; the exit status of `write_all`.
+
+    course: what its file says, read anew if it is not given. Raises CommandError.
+    """
     from .report.output import write_all
     from .term.command import write_term
 
-    status = write_all(book, paper, out, args)
+    if policy.course_of(book, paper.lab, course).lab(paper.lab).attempts == "best":
+        policy.choose_best(book, paper.lab, course)
+    results = [result for lab in book.labs() for result in policy.ruled(book, lab, course)]
+    status = write_all(book, paper, out, args, results)
     write_term(book, out)
     return status
 

@@ -86,15 +86,18 @@ def _add_rules(one):
     rules.add_argument(
         "--attempts",
         choices=["newest", "first", "best"],
-        default="newest",
-        help="which of several hand-ins counts (default: newest)",
+        help="which of several hand-ins counts (default: as DIR/course.toml says, else newest)",
     )
-    rules.add_argument("--due", type=_time, metavar="WHEN", help="such as 2026-11-20T23:59, local time, or a date")
+    rules.add_argument(
+        "--due",
+        type=_time,
+        metavar="WHEN",
+        help="such as 2026-11-20T23:59, local time, or a date; goes before DIR/course.toml",
+    )
     rules.add_argument(
         "--late",
         choices=["count", "ignore"],
-        default="count",
-        help="late hand-ins count and are reported, or do not count (default: count)",
+        help="late hand-ins count in full, or not at all (default: as DIR/course.toml says, else count)",
     )
     rules.add_argument("--regrade", nargs="+", metavar="STUDENT", help="grade these students anew, or: all")
     rules.add_argument(

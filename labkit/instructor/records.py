@@ -9,6 +9,7 @@ import numpy as np
 
 PASSED, PARTLY, FAILED, NOT_RUN, ERROR = "passed", "partly", "failed", "not run", "error"
 OPEN, BLANK, BY_HAND = "open", "blank", "by hand"
+IGNORED = "It was handed in late, and late hand-ins do not count."
 UNSHUT = "(Marked without a sandbox.)"  # ends the reason of a mark, where it was
 PARTS = {  # of a filter, as its student is told of them
     "motion": "`predict`: how the estimate moves",
@@ -83,6 +84,23 @@ class Mark:
     parts: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Ruling:
+    """What the course's rules made of a student's points.
+
+    raw     the points before all rules, None without rules.
+    less    what being late takes of the points of all marks;  days: begun after the due date, 0 if that is not known.
+    by      who handed it in for the student, '' for the student.
+    told    a sentence for the student for each rule that changed something.
+    """
+
+    raw: float | None = None
+    less: float = 0.0
+    days: int = 0
+    by: str = ""
+    told: tuple[str, ...] = ()
+
+
 @dataclass
 class Result:
     """One student's graded submission of one lab.
@@ -96,6 +114,7 @@ class Result:
     problem     why it could not be graded at all, or ''.
     answers     {check id: the student's text} of the written questions, and {'guess NAME': letter} of predictions.
     figure      {name: array} for the picture of the feedback page, or {}.
+    ruling      what the course's rules made of the points, see `labkit.instructor.policy`.
     """
 
     student: str
@@ -111,16 +130,27 @@ class Result:
     answers: dict[str, str] = field(default_factory=dict)
     figure: dict[str, np.ndarray] = field(default_factory=dict)
     id: int = 0
+    ruling: Ruling = Ruling()
 
     @property
     def points(self) -> float:
-        """The sum of what is marked so far."""
-        return sum(mark.points or 0 for mark in self.marks)
+        """The sum of what is marked so far, after the course's rules."""
+        return sum(mark.points or 0 for mark in self.marks) - self.ruling.less
+
+    @property
+    def raw(self) -> float:
+        """The same before the course's rules."""
+        return self.points if self.ruling.raw is None else self.ruling.raw
 
     @property
     def max_points(self) -> float:
         """The sum of what all checks can give."""
         return sum(mark.max_points for mark in self.marks)
+
+    @property
+    def max_marked(self) -> float:
+        """The same of those that are marked."""
+        return sum(mark.max_points for mark in self.marks if mark.points is not None)
 
     @property
     def open(self) -> int:

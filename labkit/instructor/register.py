@@ -7,8 +7,9 @@ from pathlib import Path
 
 from .exam.jobs import Job, keep
 from .exam.paper import Paper
-from .intake.attempts import Rules, hand_ins
+from .intake.attempts import hand_ins
 from .intake.collect import Submissions, Unfit
+from .policy import Course, intake
 from .records import CommandError
 from .report import code
 from .report.canvas import names_of
@@ -17,11 +18,11 @@ from .report.moodle_times import dated
 
 
 def register(
-    book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace, folder: str
+    book: Gradebook, paper: Paper, submissions: Submissions, args: Namespace, folder: str, course: Course | None = None
 ) -> tuple[list[Job], list[str]]:
     """(jobs, notes): what is to be graded, entered into the gradebook; the rest is there already.
 
-    folder: where the jobs' work is kept.
+    folder: where the jobs' work is kept;  course: its file's rules. Raises CommandError before anything is entered.
     """
     entries, unfits, notes = submissions.survey(paper.lab)
     if not entries and all(f"no notebook of lab {paper.lab}" in unfit.reason for unfit in unfits):
@@ -30,14 +31,13 @@ def register(
     # What was to be graded anew when the grader was killed is entered already, and goes on.
     unfinished = book.unfinished(paper.lab)
     if unfinished:
-        notes.append(
-            "Going on where the last run was stopped" + ("; --regrade is not begun anew." if args.regrade else ".")
-        )
+        end = "; --regrade is not begun anew." if args.regrade else "."
+        notes.append(f"Going on where the last run was stopped{end}")
     book.retry(paper.lab)
     entries, unfits = _called(book, entries, unfits, args.canvas)
-    entries, told = dated(entries, args.moodle, Path(args.submissions).name, args.due)
-    notes += told
-    rules = Rules(args.attempts, args.due, args.late == "count")
+    rules, due, told = intake.rules(book, paper.lab, course or Course(), args, [*entries, *unfits])
+    entries, of_times = dated(entries, args.moodle, Path(args.submissions).name, due)
+    notes += [*told, *of_times]
     jobs, older = [], 0
     for found in hand_ins(submissions, entries, paper.released, rules):
         if isinstance(found, Unfit):
@@ -73,9 +73,9 @@ def _enter(book, paper, found, anew, folder):
     id, done, graded_by = book.find(*about, found.digest) or (None, False, "")
     if id is None or anew or not done and graded_by != paper.digest:
         source = entry.source
-        id = book.add(*about, source, found.digest, paper.digest, entry.when, found.late, found.notes, work.answers)
+        id = book.add(*about, source, found.digest, paper.digest, entry.when, entry.late, found.notes, work.answers)
         done = False
-    book.choose(id, found.notes, found.late, entry.when)
+    book.choose(id, found.notes, entry.late, entry.when)
     code.keep(book, id, work)
     if done:
         return None, graded_by != paper.digest

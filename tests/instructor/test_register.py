@@ -12,6 +12,7 @@ import pytest
 from labkit.instructor.exam import paper
 from labkit.instructor.intake.collect import Submissions
 from labkit.instructor.intake.submission import LONGEST
+from labkit.instructor.policy import ruled
 from labkit.instructor.records import BY_HAND, OPEN, CommandError, Mark
 from labkit.instructor.register import register
 from labkit.instructor.report.gradebook import Gradebook
@@ -21,9 +22,9 @@ from labkit.instructor.report.taken import take_hand_marks
 from helpers.classroom import LAB, as_file, filled
 
 NEWEST = {
-    "attempts": "newest",
+    "attempts": None,
     "due": None,
-    "late": "count",
+    "late": None,
     "regrade": None,
     "moodle": None,
     "canvas": None,
@@ -38,7 +39,7 @@ def registered(folder, **rules):
         grades.set_paper(sheet.lab, sheet.digest, sheet.checks)
         with Submissions(folder / "class") as submissions, grades:
             jobs, notes = register(grades, sheet, submissions, Namespace(**{**NEWEST, **rules}), str(folder))
-        return jobs, notes, list(grades.results(LAB))
+        return jobs, notes, ruled(grades, LAB)
 
 
 def hand_in(folder, book, name=f"{LAB}.ipynb", day=1):

@@ -1,13 +1,12 @@
 """Which of a student's attempts counts, read and made ready to be graded."""
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from itertools import groupby
 
 from ...notebook.read import Cell
-from ..records import HandInError
+from ..records import IGNORED, HandInError
 from .collect import Entry, Submissions, Unfit
 from .submission import Work, assemble
 
@@ -17,17 +16,11 @@ class Rules:
     """What the instructor decided.
 
     attempts    which counts: 'newest', 'first', or 'best' of all.
-    due         local time after which a hand-in is late, or None.
-    late_counts whether late ones count at all.
+    too_late    whether one came too late to count.
     """
 
     attempts: str = "newest"
-    due: datetime | None = None
-    late_counts: bool = True
-
-    def is_late(self, entry: Entry) -> bool:
-        """Whether it came after `due`, or the LMS itself says that it was late."""
-        return entry.late or bool(self.due and entry.when and entry.when > self.due)
+    too_late: Callable[[Entry], bool] = lambda entry: False
 
 
 @dataclass(frozen=True)
@@ -40,7 +33,6 @@ class HandIn:
 
     entry: Entry
     digest: str
-    late: bool
     work: Work
     notes: list[str]
 
@@ -63,7 +55,7 @@ def _of_student(submissions, entries, released, rules):
     graded = False
     for entry in order:
         try:
-            found = _hand_in(submissions, entry, released, told, rules.is_late(entry))
+            found = _hand_in(submissions, entry, released, told)
         except HandInError as error:
             why = why or (str(error) if entry.name in str(error) else f"{entry.name}: {error}")
             continue
@@ -78,19 +70,17 @@ def _of_student(submissions, entries, released, rules):
 
 def _in_order(entries, rules):
     """(attempts to be tried in turn until one can be graded, why there are none)."""
-    if not rules.late_counts:
-        entries = [entry for entry in entries if not rules.is_late(entry)]
-        if not entries:
-            return [], "It was handed in late, and late hand-ins do not count."
+    entries = [entry for entry in entries if not rules.too_late(entry)]
+    if not entries:
+        return [], IGNORED
     return (entries if rules.attempts == "first" else entries[::-1]), ""
 
 
-def _hand_in(submissions, entry, released, told, late):
+def _hand_in(submissions, entry, released, told):
     cells, digest = submissions.read(entry)
     files = submissions.beside(entry)
     work = assemble(released, cells, files)
-    notes = [*entry.notes, *work.notes, *told, *["Handed in late."] * late]
-    return HandIn(entry, _digest(digest, files), late, work, notes)
+    return HandIn(entry, _digest(digest, files), work, [*entry.notes, *work.notes, *told])
 
 
 def _digest(digest, files):

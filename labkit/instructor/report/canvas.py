@@ -57,10 +57,16 @@ def names_of(gradebook: Path | str, identifiers: Iterable[str]) -> dict[str, str
 
     Raises CommandError: the file cannot be read or is no gradebook of Canvas.
     """
+    names = {number: name for name, number in people(gradebook)}
+    return {number: names[number] for number in identifiers if names.get(number)}
+
+
+def people(gradebook: Path | str) -> list[tuple[str, str]]:
+    """('Ada Lovelace', identifier) of each row of the gradebook. Raises CommandError as `names_of` does."""
     sheet = Sheet(gradebook)
     ids, top = _layout(sheet)
-    names = {row.identifier: row.name for row in _rows(sheet, ids, top, ids).values()}
-    return {number: " ".join(names[number].split(", ")[::-1]) for number in identifiers if names.get(number)}
+    rows = _rows(sheet, ids, top, ids).values()
+    return [(" ".join(row.name.split(", ")[::-1]), row.identifier) for row in rows]
 
 
 def _layout(sheet: Sheet) -> tuple[int, int]:

@@ -31,10 +31,13 @@ class Bar(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """How many students have how many points; edges: (place, points) of the axis below the bars."""
+    """How many students have how many points; marked: the mean of the points that could be had for what is marked;
+    edges: (place, points) of the axis below the bars.
+    """
 
     median: float
     mean: float
+    marked: float
     most: float
     bars: list[Bar]
     edges: list[tuple[float, str]]
@@ -94,6 +97,7 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
     """
     named = sorted(zip(labels(results), results), key=lambda pair: pair[0].casefold())
     graded = [result for result in results if not result.problem]
+    once = {result.id: result for result in graded}.values()  # what counts for several is one hand-in
     coded = [check for check in checks if not check.hand]
     links = {label: quote(f"feedback/{r.lab}/{pages[label]}", errors="replace") for label, r in named if label in pages}
     return render(
@@ -101,8 +105,8 @@ def class_page(results: Sequence[Result], checks: Sequence[Check], title: str, p
         title=title,
         ways=ways(results[0].lab, "class") if results else (),
         graded=len(graded),
-        waiting=sum(result.open for result in graded),
-        blank=sum(result.blank for result in graded),
+        waiting=sum(result.open for result in once),
+        blank=sum(result.blank for result in once),
         levels=sorted(Counter(result.level for result in graded).items(), reverse=True),
         spread=_spread([result for result in graded if not result.ungraded]),
         mistakes=_mistakes(graded, checks),
@@ -134,7 +138,8 @@ def _spread(graded: Sequence[Result]) -> Spread | None:
         Bar(edges[i][1], edges[i + 1][1], counts[i], edges[i][0], each, TALLEST * counts[i] / top)
         for i in sorted(counts)
     ]
-    return Spread(median(points), round(sum(points) / len(points), 1), most, bars, edges)
+    marked = sum(result.max_marked for result in graded) / len(graded)
+    return Spread(median(points), round(sum(points) / len(points), 1), round(marked, 1), most, bars, edges)
 
 
 def _steps() -> Iterator[float]:
@@ -184,6 +189,8 @@ def _student(label: str, link: str, result: Result, coded: Sequence[Check]) -> S
     given = {mark.check: mark.status for mark in result.marks}
     status = [given.get(check.id, NOT_RUN) for check in coded]
     remarks = [*["could not be graded"] * bool(result.problem), *["late"] * result.late]
+    remarks += [f"{counted(result.ruling.less, 'point')} less"] if result.ruling.less else []
+    remarks += [f"by {result.ruling.by}"] if result.ruling.by else []
     remarks += [f"{counted(result.ungraded, 'check')} could not be run"] if result.ungraded else []
     remarks += [f"{result.open} to be read"] if result.open else []
     remarks += [f"{result.blank} without an answer"] if result.blank else []

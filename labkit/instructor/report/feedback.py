@@ -108,7 +108,7 @@ def _origin(result: Result) -> str:
 
 
 def _notes(result: Result) -> list[str]:
-    late = result.late and not any("late" in str(note).lower() for note in result.notes)
+    late = result.late and not any("late" in str(note).lower() for note in (*result.notes, *result.ruling.told))
     unshut = any(mark.reason.endswith(UNSHUT) for mark in result.marks)
     return [*["This was handed in late."] * late, *["It was marked without a sandbox."] * unshut, *result.notes]
 

@@ -62,9 +62,17 @@ class Gradebook:
         return [Check(**check) for check in json.loads(stored)]
 
     def counting(self) -> dict[int, tuple[str, ...]]:
-        """{id: (lab, student, identifier)} of the submissions that count, by name."""
-        query = "SELECT id, lab, student, identifier FROM submission WHERE current = 1 ORDER BY student, identifier"
+        """{id: (lab, student, identifier)} of the submissions that count for anybody, by name."""
+        passed = "SELECT value FROM json_each((SELECT value FROM meta WHERE key = 'passed over'))"
+        query = (
+            "SELECT id, lab, student, identifier FROM submission "
+            f"WHERE current = 1 AND id NOT IN ({passed}) ORDER BY student, identifier"
+        )
         return {id: (*of,) for id, *of in self._all(query)}
+
+    def pass_over(self, ids: Iterable[int]) -> None:
+        """Remember whose newest submissions count for nobody, since the course's rules let another one count."""
+        self.db.execute("INSERT OR REPLACE INTO meta VALUES ('passed over', ?)", (json.dumps([*ids]),))
 
     def version(self) -> int:
         """A number that changes whenever somebody else has written into the file."""
@@ -121,20 +129,13 @@ class Gradebook:
             )
             self.db.execute(now, (json.dumps(notes), int(late), when and when.isoformat(), id))
 
-    def choose_best(self, lab: str) -> None:
-        """Let each student's submission with the most points count, of those that could be graded.
-
-        One of which a check could not be run may be the best: it stands, without points, until it is known.
-        """
-        query = (
-            "SELECT student, identifier, id, notes, late FROM submission s WHERE lab = ? AND problem = '' "
-            "ORDER BY EXISTS (SELECT 1 FROM mark WHERE submission = s.id AND status = ?), "
-            "(SELECT sum(points) FROM mark WHERE submission = s.id), id"
-        )
-        best = {(student, identifier): chosen for student, identifier, *chosen in self._all(query, lab, ERROR)}
-        with self:
-            for id, notes, late in best.values():
-                self.choose(id, json.loads(notes), late)
+    def attempts(self, lab: str) -> list[list[int]]:
+        """The ids of each student's submissions of a lab that could be graded."""
+        query = "SELECT student, identifier, id FROM submission WHERE lab = ? AND problem = '' ORDER BY id"
+        found: dict[tuple[str, str], list[int]] = {}
+        for student, identifier, id in self._all(query, lab):
+            found.setdefault((student, identifier), []).append(id)
+        return list(found.values())
 
     def called(self, names: Mapping[tuple[str, str], str]) -> dict[tuple[str, str], str]:
         """{(student, identifier): name} of whoever is to be called otherwise, those told in runs before too."""

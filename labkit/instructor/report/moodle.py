@@ -7,7 +7,7 @@ from pathlib import Path
 from ..records import BLANK, BY_HAND, CommandError, Result
 from .lms import Row, decimal_comma, fill, fold, name_key, one_lab, only, put_grade
 from .sheet import Sheet
-from .texts import clean, final, guard_html, listed, number, plain
+from .texts import clean, cut, final, guard_html, listed, number, plain
 
 LONGEST = 500  # characters of a feedback comment
 NO = {"no", "nein", "non", "nao", "нет"}
@@ -170,7 +170,8 @@ def _grade(sheet: Sheet, column: Columns, scaled: bool) -> int:
 
 def _comment(result: Result) -> str:
     """What the table tells the student on one line: the points, then why each check that lacks some does."""
-    text = f"Points: {plain(result.points, 2)} of {plain(result.max_points, 2)}."
+    text = " ".join([f"Points: {plain(result.points, 2)} of {plain(result.max_points, 2)}.", *result.ruling.told])
+    text = cut(clean(text), LONGEST // 2)
     why: dict[str, list[str]] = {}  # the same reason is told once
     for mark in result.marks:
         if mark.points is None:

@@ -74,7 +74,7 @@ def _of_files(submissions: str, real: bool, whose: str, tried: bool) -> str:
     end = "" if tried else " Moodle's grading worksheet has the true times: give it with --moodle."
     return (
         f"All files in {submissions} are within a minute of each other, as after a download, so when the "
-        f"hand-ins{whose} came is not known, and --due does not reach them.{end}"
+        f"hand-ins{whose} came is not known, and no due date reaches them.{end}"
     )
 
 

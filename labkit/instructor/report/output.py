@@ -15,24 +15,32 @@ from .feedback import all_read, feedback_page
 from .figures import Drawer
 from .gradebook import Gradebook
 from .moodle import fill_moodle, rows_of
-from .names import page_names
+from .names import labels, page_names
 from .send_back import send_back
 from .sheet import Sheet
 from .tables import write_grades, write_summary, written_for_excel
-from .texts import clean, counted, plain
+from .texts import clean, counted, listed, plain
 from .to_mark import to_mark_page
 from .told import remember
 
 
-def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
+def write_all(
+    book: Gradebook, paper: Paper, out: Path, args: Namespace, results: Sequence[Result] | None = None
+) -> int:
     """Write all files into the folder `out`, print a summary, and return the exit status.
 
-    The status is 0 if every submission could be graded, else 1. Raises CommandError if a file cannot be written.
+    results: of all labs after the course's rules; None: there are none. grades.csv has the marks before them, of the
+    hand-ins that count for anybody. The status is 0 if every submission could be graded, else 1. Raises CommandError
+    if a file cannot be written.
     """
-    results = [result for lab in book.labs() for result in book.results(lab)]
-    book.wrote(results)
+    every = [result for lab in book.labs() for result in book.results(lab)]
+    results = every if results is None else results
+    counting = {result.id for result in results}
+    book.pass_over(result.id for result in every if result.id not in counting)
+    raw = [result for result in every if result.id in counting]
+    book.wrote(raw)
     excel = args.csv == "excel" or not args.csv and written_for_excel(out / "grades.csv")
-    write_grades(out / "grades.csv", results, excel)
+    write_grades(out / "grades.csv", raw, excel)
     book.settled()
     write_summary(out / "summary.csv", results, excel)
     mine = [result for result in results if result.lab == paper.lab]
@@ -40,21 +48,27 @@ def write_all(book: Gradebook, paper: Paper, out: Path, args: Namespace) -> int:
     rows = rows_of(Sheet(args.moodle)) if args.moodle else {}
     send_back(out / f"feedback-{paper.lab}.zip", out / "feedback" / paper.lab, mine, pages, rows)
     files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, paper.title, pages))
-    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(mine, paper.checks, paper.title))
+    to_read = [result for result in raw if result.lab == paper.lab]
+    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(to_read, paper.checks, paper.title))
     titles = {check.id: check.title for check in paper.checks}
     mine = [
         replace(result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks])
         for result in mine
     ]  # what students read has titles
+    status = _summary(mine, out, paper, _to_lms(mine, paper, out, args))
+    remember(book, paper.lab, args, [result for result in every if result.lab == paper.lab])
+    return status
+
+
+def _to_lms(results: Sequence[Result], paper: Paper, out: Path, args: Namespace) -> list[str]:
+    """Fill in the LMS's own files; what there is to tell of it."""
     told = []
     if args.moodle:
         columns = args.grade_column, args.feedback_column
-        told += fill_moodle(args.moodle, out / "moodle.csv", mine, *columns, args.partial)
+        told += fill_moodle(args.moodle, out / "moodle.csv", results, *columns, args.partial)
     if args.canvas:
-        told += fill_canvas(args.canvas, out / "canvas.csv", mine, paper.title, args.column, args.partial)
-    status = _summary(mine, out, paper, told)
-    remember(book, paper.lab, args, [result for result in results if result.lab == paper.lab])
-    return status
+        told += fill_canvas(args.canvas, out / "canvas.csv", results, paper.title, args.column, args.partial)
+    return told
 
 
 def _feedback(
@@ -71,20 +85,38 @@ def _feedback(
     return pages
 
 
+def _rules(results: Sequence[Result]) -> list[str]:
+    """What the course's rules did, for the console."""
+    named = list(zip(labels(results), results))
+    late = [label + _cost(result) for label, result in named if result.late]
+    by = [f"{label} (by {result.ruling.by})" for label, result in named if result.ruling.by]
+    told = [("Late", late), ("Handed in by another member of their group", by)]
+    return [f"{what}: {len(who)}: {listed(who)}." for what, who in told if who]
+
+
+def _cost(result: Result) -> str:
+    """' (2 days, 3.2 points less)'."""
+    ruling = result.ruling
+    said = [counted(ruling.days, "day")] * bool(ruling.days)
+    said += [f"{counted(ruling.less, 'point')} less"] * bool(ruling.less)
+    return f" ({', '.join(said)})" if said else ""
+
+
 def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[str]) -> int:
     """Print what came of it; 0 if every submission could be graded, else 1."""
     graded = [result for result in results if not result.problem]
     unfit = [result for result in results if result.problem]
     broken = sorted(((m.reason, r, m) for r in graded for m in r.marks if m.status == ERROR), key=lambda of: of[0])
     print()
-    print(f"{len(graded)} of {len(results)} submissions graded, {paper.lab}.", end=" ")
+    once = {result.id: result for result in graded}.values()  # what counts for several students is one submission
+    print(f"{len(once)} of {len({result.id for result in results})} submissions graded, {paper.lab}.", end=" ")
     whole = [result for result in graded if not result.ungraded]
     if whole:
-        mean = sum(result.points for result in whole) / len(whole)
-        so_far = " so far" if any(result.open for result in whole) else ""
-        print(f"Mean {mean:.1f} of {plain(max(result.max_points for result in whole))} points{so_far};", end=" ")
+        mean, most = (sum(of) / len(whole) for of in zip(*((r.points, r.max_marked) for r in whole)))
+        so_far = " marked so far" if any(result.open for result in whole) else ""
+        print(f"Mean {mean:.1f} of {plain(most, 1)} points{so_far};", end=" ")
     if graded:
-        waiting, blank = sum(result.open for result in graded), sum(result.blank for result in graded)
+        waiting, blank = sum(result.open for result in once), sum(result.blank for result in once)
         print(f"{counted(waiting, 'written answer')} to be read (points go into {out / 'grades.csv'})", end="")
         print(f", {counted(blank, 'question')} without an answer, at 0 points." if blank else ".")
     for result in unfit:
@@ -93,7 +125,7 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
         (_, first, mark), *others = alike
         who = f"the first of {clean(first.student)}, {mark.check}"
         print(f"{counted(len(others) + 1, 'check')} could not be run, {who}: {clean(reason)}")
-    for sentence in told:
+    for sentence in (*_rules(results), *told):
         print(clean(sentence))
     overview, to_mark = out / f"class-{paper.lab}.html", out / f"to-mark-{paper.lab}.html"
     print(f"See {overview} for the class, {to_mark} for the written answers.")

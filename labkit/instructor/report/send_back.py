@@ -64,6 +64,8 @@ def _name(result: Result, page: str) -> str:
     The student's number must stand in it: a student may call a file as an LMS calls those of another student.
     """
     parts = [_safe(part) for part in re.split(r"/|: ", result.source)]
+    if result.ruling.by and result.identifier.isdigit() and any(map(MOODLE.match, parts)):
+        return f"{_plain(result.student)}_{result.identifier}_{FOLDER}/{page}"
     for part in parts:
         of = MOODLE.match(part)
         if of and of["plugin"] == "file" and of["id"] == result.identifier:

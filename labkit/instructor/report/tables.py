@@ -14,7 +14,7 @@ from .texts import counted, guard, plain
 GRADES = ("student", "lab", "check", "points", "max_points", "status", "reason")
 SUMMARY = (
     *("student", "identifier", "lab", "points", "max_points", "percent", "open", "late", "handed_in", "source"),
-    *("sandbox_level", "notes", "blank"),
+    *("sandbox_level", "notes", "blank", "raw_points", "rules"),
 )
 
 
@@ -45,19 +45,22 @@ def written_for_excel(path: Path) -> bool:
 
 
 def write_summary(path: Path, results: Sequence[Result], excel: bool = False) -> None:
-    """Write one row a student of `results`; excel: see `write_grades`. Raises CommandError: it cannot be written."""
+    """Write one row a student of `results`, after the course's rules and, as raw_points, before them.
+
+    excel: see `write_grades`. Raises CommandError: it cannot be written.
+    """
     rows = []
     for name, result in zip(labels(results), results):
-        points = percent = ""
+        points = percent = raw = ""
         if not result.problem and not result.ungraded:
-            points = plain(result.points)
+            points, raw = plain(result.points), plain(result.raw)
             percent = f"{100 * result.points / result.max_points:.1f}" if result.max_points else ""
         when = result.when.astimezone().isoformat(timespec="seconds") if result.when else ""
         missing = f"{counted(result.ungraded, 'check')} could not be run." if result.ungraded else ""
         notes = " ".join([result.problem, missing, *result.notes])
         marks = (result.lab, points, plain(result.max_points), percent, result.open)
         origin = ("yes" if result.late else "", when, result.source, result.level)
-        rows.append((name, result.identifier, *marks, *origin, notes, result.blank))
+        rows.append((name, result.identifier, *marks, *origin, notes, result.blank, raw, " ".join(result.ruling.told)))
     write_rows(path, SUMMARY, rows, excel)
 
 
@@ -66,7 +69,7 @@ def write_rows(
     header: Sequence[str],
     rows: Iterable[Sequence[object]],
     excel: bool,
-    numbers: Collection[str] = ("points", "max_points", "percent"),
+    numbers: Collection[str] = ("points", "max_points", "percent", "raw_points"),
 ) -> None:
     """Write a table of which no cell is a formula; numbers: columns that get decimal commas if `excel`.
 

@@ -15,22 +15,27 @@ def take_hand_marks(book: Gradebook, path: Path) -> None:
     if not path.exists() or not snapshots:
         return
     found, notes, before = _hand_marks(path, snapshots)
-    now = dict(_labelled([result for lab in book.labs() for result in book.results(lab)]))
+    now = {_of(result): result for lab in book.labs() for result in book.results(lab)}
     taken = 0
     with book:
         for (label, lab, check), (points, reason) in found.items():
-            if (label, lab) not in now:
+            result = now.get(_of(before[label, lab]))
+            if not result:
                 continue
-            told = _meanwhile(book, now[label, lab], before[label, lab], check, points, reason)
+            told = _meanwhile(book, result, before[label, lab], check, points, reason)
             taken += told is None
             if told is None:
-                book.hand(now[label, lab], check, points, reason)
+                book.hand(result, check, points, reason)
             elif told:
                 notes.append(f"{path.name}: {label}, {check}: {told}")
     if taken:
         print(f"Took {taken} mark{'s' * (taken > 1)} from {path.name}.")
     for note in notes:
         print(f"Note: {clean(note)}")
+
+
+def _of(result):
+    return result.lab, result.student, result.identifier
 
 
 def _labelled(results):

@@ -79,7 +79,7 @@ def collected(path, rules=ALL):
 def told(path):
     """Lines 'student|number|what' of a class, and its notes; what: the hand-in's name, or the reason."""
     good, unfits, notes = collected(path)
-    about = [(h.entry.student, h.entry.identifier, h.entry.source.rsplit("/")[-1], h.late) for h in good]
+    about = [(h.entry.student, h.entry.identifier, h.entry.source.rsplit("/")[-1], h.entry.late) for h in good]
     lines = [f"{student}|{number}|{name}{'|late' * late}" for student, number, name, late in about]
     return lines + [f"{u.student}|{u.identifier}|! {u.reason}" for u in unfits], notes
 

@@ -49,7 +49,7 @@ def test_tables_pages_and_moodles_own_zip_and_sheet(book, tmp_path, capsys):
         assert "Ada_101_assignsubmission_file_/Ada.html" in archive.namelist()
     assert table(tmp_path / "moodle.csv")[1][1:] == ["4", "10.00", "Points: 2 of 5. Why?: not marked yet."]
     told = capsys.readouterr().out
-    assert "2 of 2 submissions graded, lab3. Mean 2.0 of 5 points so far; 2 written answers to be read" in told
+    assert "2 of 2 submissions graded, lab3. Mean 2.0 of 2 points marked so far; 2 written answers to be read" in told
     assert "Graded, but not in the table: 1 (Bela)." in told
 
 
@@ -179,10 +179,10 @@ def test_a_check_that_could_not_be_run_is_never_a_number(book, tmp_path, capsys)
     assert (ada["points"], ada["percent"], ada["notes"]) == ("", "", "1 check could not be run.")
     told = capsys.readouterr().out
     assert "Left as they were, since checks could not be run: 1 (Ada); run the same command again." in told
-    assert "Mean 2.0 of 5 points" in told
+    assert "Mean 2.0 of 2 points marked so far" in told
     page, overview = ((tmp_path / name).read_text() for name in ("feedback/lab3/Ada.html", "class-lab3.html"))
     assert "1 check could not be run: that is no fault of yours" in page and "– of 2" in page
-    assert "1 check could not be run" in overview and "mean 2 of 5" in overview
+    assert "1 check could not be run" in overview and "mean 2 of 2 points marked so far" in overview
 
 
 @pytest.mark.slow
