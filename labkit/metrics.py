@@ -170,11 +170,11 @@ def summary(history: History, log: Log) -> str:
         return f"mean NIS per measured number {mean_nis(history, log):.2f} (1 is consistent)"
     steps = steps_to_converge(history, log)
     known = np.isfinite(distances(history, log))
+    held = "never ten in a row" if steps is None else f"ten in a row from step {steps} on"
     share = 100 * inside(history, log)[known].mean()
     error = rmse(history, log)
     return (
         (f"RMSE {error:.2f} m" if error < 100 else "the estimate runs away: run the check of KF")
-        + f" · inside 3σ in {share:.0f} % of steps · "
-        f"mean NEES {np.nanmean(nees(history, log)):.3g} ({history.x.shape[1]} is consistent) · "
-        + ("never stays inside" if steps is None else f"stays inside from step {steps}")
+        + f" · inside 3σ in {share:.0f} % of steps, {held} · "
+        f"mean NEES {np.nanmean(nees(history, log)):.3g} ({history.x.shape[1]} is consistent)"
     )

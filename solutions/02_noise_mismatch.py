@@ -185,7 +185,7 @@ reveal("large-r", guess)
 # follows $\chi^2_{2p}$: two numbers for each of the $p$ landmarks in view.
 #
 # ### Exercise 2 · `nis(x, P, R, y, m)`
-# Return the NIS of one step, a number. `x` and `P` are what `predict` has left, `R` (2, 2) belongs to one landmark, `y` is the list of landmarks in view, `m` the
+# Return the NIS of one step, a number. `x` and `P` are what `predict` has left, `R` (2, 2) is that of one landmark and one step, as `self.R` in lab 1, `y` is the list of landmarks in view, `m` the
 # map. The first lines are those of your `update` in lab 1, up to $S$. With nothing in view there is no NIS: return `np.nan`.
 #
 # *Example:* one landmark, `P` and `R` both `0.5 I`: $S$ is the unit matrix, and an innovation of (1, 2) gives 5.
@@ -299,7 +299,7 @@ explore(KF, kind="nis")
 # - 1 point: for honesty too small is worse than too large (NEES), for accuracy too large an R is worse than too small (RMSE); with a number from the table.
 
 # %% [markdown]
-# ## 6. One run proves little
+# ## 6. Many runs prove more
 #
 # A lie by a factor of a hundred is easily seen. Now a small one: half of the true `R`.
 
@@ -309,9 +309,10 @@ show_run(log, history)
 print(metrics.summary(history, log))
 
 # %% [markdown]
-# Would you have noticed? The truth is hardly ever outside. Yet this filter is overconfident, and it takes more than one run to show it.
+# In the picture you would hardly have noticed. The mean NEES is a hint; but how far from 2 may the mean of one run be? Its steps hang together, each
+# keeps the error of the step before, so the chi-square bounds do not say. With many independent runs they do.
 #
-# The NEES of one run jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
+# The NEES of one step jumps between 0.01 and 10 even for a perfect filter. Averaged over many independent runs, other maps and other noise, it comes
 # close to 2 at each step, and the bounds come close to each other: the sum of $k$ numbers that follow $\chi^2_2$ follows $\chi^2_{2k}$.
 # `chi2_bounds(dof=2, runs=k)` gives the two bounds of the *mean*. This is a **Monte Carlo** test, of your own filter.
 #
@@ -422,14 +423,15 @@ reveal("in-the-dark", guess)
 
 # %% [markdown]
 # ### Question Q5
-# What happens when the robot sees no landmark, and why? Is the filter still honest in the dark? And how many dark steps would it take, beginning near zero,
+# What happens when the robot sees no landmark, and why? Is the filter still honest in the dark? (In a dark row each step
+# keeps the error of the step before: 54 steps are no 54 runs. Look at the bounds in the middle panel.) And how many dark steps would it take, beginning near zero,
 # until its σ is as large as the sensor's range of 2.5 m? (One step has σ = 0.125 m, as in lab 1.)
 
 # %% [markdown] id="answer-q5" tags=["answer"] points=2 title="Question Q5"
 # ### BEGIN SOLUTION
 # Only `predict` acts. The mean moves with the commands (dead reckoning), and $P$ grows by $Q$ at each step, so the 3σ ellipse widens like the square root of the
 # time: there is no measurement, so $K$ has nothing to work on. The error may wander, but it stays within the 3σ bounds, which widen as fast: the filter is
-# still honest, its NEES stays near 2 (here 2.9 in the dark and 2.4 in sight; one run says no more than that). As soon as one landmark is seen, $P$ is large compared to $R$, $K$ is close to −1, and the ellipse collapses in one step.
+# still honest, its NEES stays near 2 (here 2.9 in the dark and 2.4 in sight; one run says no more than that). As soon as one landmark is seen, $P$ is large compared to $R$, $K$ is close to −1, and the first look takes most of the ellipse.
 #
 # σ after $k$ dark steps is $0.125\sqrt{k}$ m, so 2.5 m takes $k = 20^2 = 400$ steps, or 100 s.
 # ### END SOLUTION

@@ -282,7 +282,8 @@ print(f"NEES {metrics.nees(history, polar)[1]:.0f}, where 2 is expected")
 
 # %% [markdown]
 # The first update of the range-bearing filter is a leap to a wrong place, and the filter is sure of it. It is the wide belief of section 2: at the start σ is
-# 1.7 m, as long as the ranges, so the tangent at (0, 0) is a poor stand-in for the curve. With a second look, from nearer by, it recovers.
+# 1.7 m, as long as the ranges, so the tangent at (0, 0) is a poor stand-in for the curve. Each further look takes its tangent nearer to the truth,
+# and it recovers: the map above has the ellipses.
 #
 # ### Question Q6
 # What differs from the Cartesian filter? Use the sliders below to look at several random maps, with few landmarks and with many. Along which direction is the ellipse short, and why does
@@ -442,10 +443,10 @@ print(metrics.summary(history, log))
 # %% [markdown]
 # All five robots: dead reckoning only, then your filter with the wide `R` and with the narrow one, in which σ is what a single range really errs by.
 #
-# **Before you run it:** which is better?
-# - (a) The narrow `R`, in position and NEES: it is the true one.
-# - (b) The narrow `R` in position, the wide one in NEES.
-# - (c) The wide `R` in both.
+# **Before you run it:** which errs less, and how honest are they?
+# - (a) The narrow `R` errs less and is honest: it is the true one.
+# - (b) The narrow `R` errs less, but it is overconfident.
+# - (c) The wide `R` errs less, and the narrow one is the more overconfident.
 
 # %% id="guess-real" tags=["guess", "nbval-ignore-output"]
 guess = "c"
@@ -468,7 +469,8 @@ reveal("real", guess)
 # 0.3 to 0.5 m, and the narrow `R` has a NEES of 2.4 to 3.3. It is noise mismatch, as in lab 2, and two things are behind it.
 #
 # - The range error is not *white*: a range that is 20 cm too long is 20 cm too long in the next reading as well (the correlation of two readings in a row is
-#   above 0.9, in both logs). Ten readings in a row are not ten independent opinions, but the filter counts them as such. A wider `R` is the honest answer.
+#   above 0.9, in both logs). Ten readings in a row are not ten independent opinions, but the filter counts them as such. A wider `R` is the answer; on the simulated log it is even too wide
+#   (NEES 0.5 to 0.8, underconfident), which is the safe side.
 # - A few barcodes are misread, three by robot 3, in both logs. The filter then believes in a landmark on the wrong side of the hall. The next cell finds them
 #   without knowing the truth. (On the real set they are at 370 s; what follows at 379 s are good readings, which a filter that is 2 m off cannot believe.)
 #
