@@ -12,7 +12,7 @@ from tornado.web import HTTPError, RequestHandler
 from ..report.by_hand import TABLE
 from ..report.schema import trouble
 from ..report.texts import clean
-from .desk import Desk, Question
+from .desk import Desk, Group, Question
 from .pages import Pages
 
 NAME = 60  # characters of a reader's name
@@ -76,10 +76,10 @@ class Handler(RequestHandler):
             raise HTTPError(404)
         return self.desk.questions[key]
 
-    def next(self, reader: str, question: Question, after: int) -> str:
-        """The address of what a reader reads next."""
+    def next(self, reader: str, question: Question, after: int) -> tuple[str, Group | None]:
+        """(address, answers) of what a reader reads next; all answers where nothing is left."""
         group = self.desk.next(reader, question, after)
-        return f"{self.home(reader)}{question.key}/{group.id if group else 'all'}"
+        return f"{self.home(reader)}{question.key}/{group.id if group else 'all'}", group
 
     def say(self, text: str, status: int = 200, **more: Any) -> None:
         """Answer a page's script."""

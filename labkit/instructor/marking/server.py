@@ -72,9 +72,10 @@ class _All(Handler):
 
 
 class _Next(Handler):
-    def get(self, _: str, reader: str, key: str) -> None:
+    def get(self, token: str, reader: str, key: str) -> None:
         after = self.get_query_argument("after", "0")
-        self.redirect(self.next(reader, self.question(key), int(after) if re.fullmatch(r"\d{1,15}", after) else 0))
+        address, _ = self.next(reader, self.question(key), int(after) if re.fullmatch(r"\d{1,15}", after) else 0)
+        self.redirect(address)
 
 
 class _Mark(Handler):
@@ -114,7 +115,10 @@ class _Mark(Handler):
         if moved:
             return self._taken(question, {slot.result.id for slot in moved})
         who = f"{len(slots)} students" if len(slots) > 1 else next(a.label for a in question.answers if a.id in seen)
-        return self.say(f"{plain(points, 2)} for {who}.", go=self.next(reader, question, int(id)))
+        go, group = self.next(reader, question, int(id))
+        about = self.home(reader), reader, question
+        page = self.pages.mark(*about, group) if group else self.pages.every(*about)  # one way less to wait for
+        return self.say(f"{plain(points, 2)} for {who}.", go=go, page=page)
 
     def _taken(self, question: Question, ids: set[int]) -> None:
         """Tell of the marks that others have given meanwhile; nothing was given."""
