@@ -54,8 +54,9 @@ def number_text(value: Any, digits: int = 4, size: float = 0.0) -> str:
     size = np.nanmax(np.abs([size, *np.ravel(value)]))
     if value.ndim == 0:
         return "NaN" if np.isnan(value) else f"{value if abs(value) > 1e-9 * size else 0.0:.{digits}g}"
+    shown = value if len(value) <= 8 else value[:6]
     digits = 3 if value.ndim > 1 and value.shape[-1] > 2 else digits  # a row of three in one line
-    return "[" + ", ".join([number_text(v, digits, size) for v in value[:6]] + ["..."] * (len(value) > 6)) + "]"
+    return "[" + ", ".join([number_text(v, digits, size) for v in shown] + ["..."] * (len(shown) < len(value))) + "]"
 
 
 def same() -> str:

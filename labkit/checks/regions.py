@@ -132,8 +132,8 @@ class _Parts:
 
     def _name(self, own):
         (out, off, row, column), *_ = own
-        axes, all_of = self.table.parts.get(out, ()), out or "the result"
-        all_of = f"`{out}`" if out else "the result"
+        axes = self.table.parts.get(out, ())
+        all_of = "the result" if not out or out.endswith("?") else f"`{out}`"
         if out in self.table.repeats:
             square = len(axes) == 2 and axes[0] == axes[1]
             which = f"block {'off' if off else 'on'} the diagonal" if square else "part"

@@ -15,8 +15,8 @@ NAMED: dict[str, Callable[[Array], Array]] = {
     "its square root": lambda r: np.sqrt(r),
     "1 divided by it": lambda r: 1 / r,
     "without its sign": np.abs,
-    "in degrees": np.rad2deg,
-    "taken for degrees": np.deg2rad,
+    "what came is in degrees": np.rad2deg,
+    "what came is as if it had been degrees": np.deg2rad,
 }
 OF_ANGLES: dict[str, Callable[[Array], Array]] = {
     "not wrapped": lambda r: r,

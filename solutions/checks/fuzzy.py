@@ -109,12 +109,14 @@ FUSION_MISTAKES = [
         "`e - sigma + 0.3 * cell` adds the cell's part: subtract both, `e - (sigma + 0.3 * cell)`.",
         [(S, S.replace("(e - (sigma + 0.3 * cell))", "(e - sigma + 0.3 * cell)"))],
     ),
+    Mistake("fixed-cell", "The cells are taken to be 0.1 m wide: use `cell`.", [(S, S.replace("0.3 * cell", "0.03"))]),
     Mistake("no-factor", "The factor 0.9 is missing.", [(S, S.replace("0.9 * ", ""))]),
     Mistake("one-sigma", "The flank is 2 sigma wide.", [(S, S.replace("(2 * sigma)", "sigma"))]),
     Mistake(
         "no-bias",
-        "S falls below the reliability b: a sighting may be false, so it may never rule a cell out.",
+        "S falls below b: a sighting may be false, so it may never rule a cell out.",
         [(S, S.replace("b, 1)", "0, 1)"))],
+        [(S, S.replace("b, 1)", "floor, 1)"))],
         [(S, S.replace("b, 1)", "None, 1)"))],
     ),
     Mistake("above-one", "S is above 1 where the cell fits well: it ends at 1.", [(S, S.replace("b, 1)", "b, None)"))]),
@@ -199,7 +201,7 @@ ESTIMATE_MISTAKES = [
     ),
     Mistake(
         "best-only",
-        "Only the best cells count: take all that are at least `part` times as possible.",
+        "Only the best cell counts here: take all that are at least `part` times as possible.",
         [(BEST, "best = possible >= possible.max()")],
     ),
     Mistake(
@@ -225,6 +227,11 @@ ESTIMATE_MISTAKES = [
         "swapped",
         "Sine and cosine have changed places: it is arctan2(sine, cosine).",
         [(MEAN, "heading = np.arctan2(w @ np.cos(theta[best]), w @ np.sin(theta[best]))")],
+    ),
+    Mistake(
+        "arctan",
+        "`arctan` of a quotient cannot tell a direction from the opposite one: `arctan2(sine, cosine)` can.",
+        [(MEAN, "heading = np.arctan((w @ np.sin(theta[best])) / (w @ np.cos(theta[best])))")],
     ),
     Mistake(
         "heading-of-best",
@@ -268,6 +275,8 @@ SPREAD = [
         "strict-heading", "stricter limits, a heading that is too wide", diagonal(0.001, 0.001, 0.1225), 0.2, 0.3
     ),
     spread_case("tiny", "a covariance that is very narrow", diagonal(0.01, 0.01, 1e-4)),
+    spread_case("huge", "a heading that is far too wide", diagonal(0.01, 0.01, 9.0)),
+    spread_case("together", "both not yet too wide, with other limits", diagonal(0.1, 0.1, 0.2), 0.5, 0.9),
     spread_case("inside", "other limits, a narrow covariance", diagonal(1.5, 1.5, 3.0), 2.0, 2.0),
 ]
 RULE = "return bool(np.sqrt(P[0, 0] + P[1, 1]) > position or np.sqrt(P[2, 2]) > heading)"
@@ -276,6 +285,16 @@ SPREAD_MISTAKES = [
         "no-root",
         "The variances are compared with standard deviations: take the square root.",
         [(RULE, "return bool(P[0, 0] + P[1, 1] > position or P[2, 2] > heading)")],
+    ),
+    Mistake(
+        "no-root-heading",
+        "The heading's variance is compared with a standard deviation: take its square root.",
+        [(RULE, RULE.replace("np.sqrt(P[2, 2])", "P[2, 2]"))],
+    ),
+    Mistake(
+        "no-root-position",
+        "The position's variance is compared with a standard deviation: take its square root.",
+        [(RULE, RULE.replace("np.sqrt(P[0, 0] + P[1, 1])", "P[0, 0] + P[1, 1]"))],
     ),
     Mistake("and", "Both must be wide here: one of them is enough, so `or`.", [(RULE, RULE.replace(" or ", " and "))]),
     Mistake(
@@ -315,7 +334,7 @@ SPREAD_MISTAKES = [
     ),
     Mistake(
         "x-only",
-        "Only the variance of x is used: add that of y.",
+        "The variance of y does not count: that of the position is P[0, 0] + P[1, 1].",
         [(RULE, "return bool(np.sqrt(P[0, 0]) > position or np.sqrt(P[2, 2]) > heading)")],
     ),
     Mistake(
@@ -370,13 +389,14 @@ LOST_MISTAKES = [
     ),
     Mistake(
         "paper-forgotten",
-        "The paper's rule is lost: a covariance that is too wide still counts.",
+        "A covariance that is too wide does not count here: `lost_by_spread(P)`, with its own limits, tells.",
         [(EITHER, "return bool(surprised)")],
+        [("lost_by_spread(P)", "lost_by_spread(P, bound, share)")],
     ),
     Mistake(
         "nis-forgotten",
         "Surprises never count: five among eight should be enough. Is it `len(d2) >= 8`, is d2 itself "
-        "compared with bound, and is `surprised` used?",
+        "compared with bound, and is the result used?",
         [(EITHER, "return lost_by_spread(P)")],
         [("len(d2) >= 8", "len(d2) > 8")],
     ),
