@@ -22,6 +22,7 @@ from .tables import write_grades, write_summary, written_for_excel
 from .texts import clean, counted, listed, plain
 from .to_mark import to_mark_page
 from .told import remember
+from .ways import TERM
 
 
 def write_all(
@@ -128,5 +129,5 @@ def _summary(results: Sequence[Result], out: Path, paper: Paper, told: Sequence[
     for sentence in (*_rules(results), *told):
         print(clean(sentence))
     overview, to_mark = out / f"class-{paper.lab}.html", out / f"to-mark-{paper.lab}.html"
-    print(f"See {overview} for the class, {to_mark} for the written answers.")
+    print(f"See {overview} for the class, {to_mark} for the written answers, {out / TERM} for all labs.")
     return 1 if unfit or broken else 0

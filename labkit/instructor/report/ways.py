@@ -2,7 +2,8 @@
 
 from urllib.parse import quote
 
-HERE = {"class": "class-{}.html", "marking": "to-mark-{}.html", "term": "term.html"}
+TERM = "term.html"
+HERE = {"class": "class-{}.html", "marking": "to-mark-{}.html", "term": TERM}
 WORDS = {"class": "The class", "marking": "Written answers", "term": "The term"}
 
 

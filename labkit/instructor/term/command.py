@@ -13,13 +13,12 @@ from ..report.gradebook import Gradebook
 from ..report.names import labels
 from ..report.tables import written_for_excel
 from ..report.texts import counted, listed
+from ..report.ways import TERM
 from . import similar as alike
 from .overview import read
 from .page import SIMILAR, links, others, term_page
 from .similar_page import similar_page
 from .tables import write_csv, write_xlsx
-
-PAGE = "term.html"
 
 
 def book_in(out: Path) -> Gradebook:
@@ -36,7 +35,7 @@ def write_term(book: Gradebook, out: Path) -> int:
     Raises CommandError: a file cannot be written.
     """
     term = read(book)
-    files.write(out / PAGE, term_page(term, links(out, term), others(out, term)))
+    files.write(out / TERM, term_page(term, links(out, term), others(out, term)))
     write_csv(out / "term.csv", term, written_for_excel(out / "grades.csv"))
     write_xlsx(out / "term.xlsx", term)
     return len(term.rows)
@@ -47,7 +46,7 @@ def term(args: Namespace) -> int:
     out = Path(args.out)
     with closing(book_in(out)) as book:
         count = write_term(book, out)
-    print(f"{counted(count, 'student')}: see {out / PAGE}; the same is in term.csv and term.xlsx.")
+    print(f"{counted(count, 'student')}: see {out / TERM}; the same is in term.csv and term.xlsx.")
     return 0
 
 

@@ -3,15 +3,15 @@
 import json
 import re
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean, median
 from typing import NamedTuple
 
 from ..records import BLANK, Check, Result
 from ..report.gradebook import Gradebook
 from ..report.names import labels
-from ..report.texts import key
-from .points import counting, weights
+from ..report.texts import clean, key
+from .points import counting, known, weights
 
 BINS = 10  # of a lab's spread, each of a tenth of the points
 EXACT = 1e-9
@@ -80,13 +80,16 @@ class Slip(NamedTuple):
 
 
 class Term(NamedTuple):
-    """All of it; mixed: names that several students share, who are kept apart by their numbers."""
+    """All of it; mixed: names that several students share, who are kept apart by their numbers;  complete: whether it
+    is known who is in the class.
+    """
 
     labs: Sequence[Lab]
     rows: Sequence[Row]
     hard: Sequence[Hard]
     slips: Sequence[Slip]
     mixed: Sequence[str]
+    complete: bool = False
 
 
 def read(book: Gradebook) -> Term:
@@ -96,14 +99,19 @@ def read(book: Gradebook) -> Term:
     for lab, stored in book.db.execute("SELECT lab, checks FROM paper ORDER BY rowid"):
         asked.setdefault(lab, {}).update({check["id"]: Check(**check) for check in json.loads(stored)})
     found = {lab: of_lab for lab, of_lab in results.items() if of_lab}
-    return of(found, {lab: [*checks.values()] for lab, checks in asked.items()}, weights(book, found))
+    names, complete = known(book)
+    checks = {lab: [*every.values()] for lab, every in asked.items()}
+    return of(found, checks, weights(book, found), names)._replace(complete=complete)
 
 
 def of(
-    results: Mapping[str, Sequence[Result]], checks: Mapping[str, Sequence[Check]], weight: Mapping[str, float]
+    results: Mapping[str, Sequence[Result]],
+    checks: Mapping[str, Sequence[Check]],
+    weight: Mapping[str, float],
+    names: Iterable[str] = (),
 ) -> Term:
-    """The Term of all results and all checks of each lab, and what it weighs."""
-    students, mixed = _students(results)
+    """The Term of all results and all checks of each lab, and what it weighs. names: also of who handed in nothing."""
+    students, mixed = _students(results, names)
     whole = sum(weight.values())
     rows = sorted((_row(label, got, weight) for label, got in students.items()), key=lambda row: row.label.casefold())
     numbers = [re.match(r"\d+|", lab)[0] for lab in results]  # type: ignore[index]
@@ -114,7 +122,7 @@ def of(
     return Term(labs, rows, hard, _slips(rows), mixed)
 
 
-def _students(results):
+def _students(results, names):
     """({label: {lab: Got}}, names that several have): a student is known by the name, twins by their numbers too."""
     twins = set()
     for found in results.values():
@@ -126,6 +134,11 @@ def _students(results):
             who = (name, result.identifier or label) if name in twins else (name, "")
             shown = f"{result.student} ({who[1]})" if who[1] and who[1] != label else label
             students[called.setdefault(who, shown)][lab] = _got(result, label, place)
+    seen = {name for name, _ in called} | twins
+    for name in names:
+        if clean(name) and key(name) not in seen:
+            seen.add(key(name))
+            students[clean(name)] = {}
     every = {result.student for found in results.values() for result in found}
     return students, sorted(name for name in every if key(name) in twins)
 

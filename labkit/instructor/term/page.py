@@ -33,7 +33,8 @@ class Picture(NamedTuple):
 SIGNS = {
     "waiting": ("…", "not marked to the end"),
     "late": ("◷", "late"),
-    "unfit": ("✗", "could not be graded"),
+    "ruled": ("*", "after a rule of the course"),
+    "unfit": ("✗", "not graded"),
     "missing": ("–", "not handed in"),
 }
 
@@ -86,7 +87,7 @@ def picture(lab: Lab) -> Picture:
 def _cell(lab: str, got: Got | None, links: Mapping[tuple[str, str], str]) -> Cell:
     if got is None:
         return Cell(None, "", [SIGNS["missing"]])
-    states = {"unfit": bool(got.result.problem), "late": got.result.late}
+    states = {"unfit": bool(got.result.problem), "late": got.result.late, "ruled": got.result.raw != got.points}
     states["waiting"] = not got.final and not states["unfit"]
     points = None if states["unfit"] else got.points
     return Cell(points, links.get((lab, got.label), ""), [SIGNS[name] for name in SIGNS if states.get(name)])

@@ -2,17 +2,24 @@
 
 from collections.abc import Iterable
 
-from .. import policy
+from ..policy import NAME, course_of, read, ruled
+from ..policy.memory import people_of
 from ..records import Result
 from ..report.gradebook import Gradebook
 
 
 def counting(book: Gradebook, lab: str) -> list[Result]:
-    """The results of a lab with the points that count. Raises CommandError if the course's rules cannot be used."""
-    return policy.ruled(book, lab)
+    """The results of a lab with the points that count. Raises CommandError for rules that cannot be used."""
+    return ruled(book, lab)
 
 
 def weights(book: Gradebook, labs: Iterable[str]) -> dict[str, float]:
-    """What each lab weighs in the total. Raises CommandError if the course's rules cannot be used."""
-    known = policy.read(book.path.with_name(policy.NAME), book.labs()).weights
-    return {lab: known[lab] for lab in labs}
+    """What each lab weighs in the total."""
+    return {lab: course_of(book, lab).lab(lab).weight for lab in labs}
+
+
+def known(book: Gradebook) -> tuple[list[str], bool]:
+    """(names of all students, whether a list says who is in the class), the LMS's or the course's own."""
+    people, own = people_of(book), read(book.path.with_name(NAME), book.labs()).students
+    names = [*own, *(name for of in people.values() for name, _ in of.called)]
+    return [name for name in names if not name.isdigit()], bool(own) or any(of.complete for of in people.values())

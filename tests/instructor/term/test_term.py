@@ -100,6 +100,30 @@ def test_points_are_linked_to_the_page_of_the_same_student(tmp_path):
     assert links(tmp_path, term(*results)) == {("01_a", "b/da"): "feedback/01_a/b-da.html"}
 
 
+def test_who_handed_in_nothing_is_there_where_the_class_is_known(tmp_path):
+    found = overview.of({"01_a": [got("Ada")]}, {}, {"01_a": 1.0}, ["ADA", "Zoë", "zoe\u0308", ""])
+    assert [(row.label, row.missing, row.total) for row in found.rows[1:]] == [("Zoë", ["01_a"], 0)]
+    out = a_term(tmp_path, 3, 1)
+    for students in ("", 'students = ["Zoë Zuse"]'):
+        (out / "course.toml").write_text(f"{students}\n[labs.01_cartesian_ekf]\nweight = 2\n", encoding="utf-8")
+        with closing(Gradebook(out / "gradebook.db")) as book:
+            assert write_term(book, out) == 2 + bool(students)
+        page = (out / "term.html").read_text(encoding="utf-8")
+        assert ("Zoë Zuse" in page) == bool(students) != ("is not known here" in page)
+
+
+def test_points_and_weights_are_those_of_the_courses_rules(tmp_path):
+    out = a_term(tmp_path, 13, 2)
+    labs = "[labs.01_cartesian_ekf]\ndue = 2020-01-01\n[labs.02_noise_mismatch]\nweight = 3\n"
+    (out / "course.toml").write_text(f"[late]\npercent_a_day = 100\n{labs}", encoding="utf-8")
+    with closing(Gradebook(out / "gradebook.db")) as book:
+        found = overview.read(book)
+    assert [lab.share for lab in found.labs] == [0.25, 0.75]
+    assert {row.got["01_cartesian_ekf"].points for row in found.rows if "01_cartesian_ekf" in row.got} == {0}
+    assert "after a rule of the course" in sound(term_page(found, {}, {})).text
+    assert all(row.total <= 0.75 for row in found.rows) and any(row.total > 0.3 for row in found.rows)
+
+
 HOSTILE = '=HYPERLINK("http://x","y")<script>alert(1)</script>\u202e'
 
 
