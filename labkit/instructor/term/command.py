@@ -17,6 +17,7 @@ from ..report.ways import TERM
 from . import similar as alike
 from .overview import read
 from .page import SIMILAR, links, others, term_page
+from .points import groups
 from .similar_page import similar_page
 from .tables import write_csv, write_xlsx
 
@@ -62,7 +63,9 @@ def similar(args: Namespace) -> int:
             given = alike.given(ROOT, args.lab)
         except NotebookError as error:
             raise CommandError(f"{error} `labkit build` makes it anew.") from None
-        found = alike.compare({who[id]: kept[id] for id in who if id in kept}, given)
+        label = {(result.student, result.identifier): who.get(result.id, "") for result in results}
+        together = [[label.get(person, "") for person in members] for members in groups(book, args.lab)]
+        found = alike.compare({who[id]: kept[id] for id in who if id in kept}, given, together)
         path = out / SIMILAR.format(args.lab)
         files.write(path, similar_page(args.lab, found, len(who.keys() - kept.keys())))
         write_term(book, out)

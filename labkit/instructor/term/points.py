@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from ..policy import NAME, course_of, read, ruled
 from ..policy.memory import people_of
+from ..policy.people import Person, named
 from ..records import Result
 from ..report.gradebook import Gradebook
 
@@ -23,3 +24,8 @@ def known(book: Gradebook) -> tuple[list[str], bool]:
     people, own = people_of(book), read(book.path.with_name(NAME), book.labs()).students
     names = [*own, *(name for of in people.values() for name, _ in of.called)]
     return [name for name in names if not name.isdigit()], bool(own) or any(of.complete for of in people.values())
+
+
+def groups(book: Gradebook, lab: str) -> list[list[Person]]:
+    """Who hands in together in a lab, as the course's rules say."""
+    return [members for _, members in named(course_of(book, lab), lab, people_of(book))[0].groups]

@@ -1,6 +1,6 @@
 """Whose code is more alike than the class's is among itself."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from statistics import NormalDist
 from typing import NamedTuple
@@ -77,14 +77,20 @@ def given(root: Path, lab: str) -> Given:
     return Given(runs, own, fields, hashes(read(solved, fields)))
 
 
-def compare(sources: Mapping[str, Mapping[str, str]], of: Given) -> Likeness:
-    """Compare all with all. sources: {label: {name of a cell or module: its text}}."""
+def compare(sources: Mapping[str, Mapping[str, str]], of: Given, together: Iterable[Collection[str]] = ()) -> Likeness:
+    """Compare all with all. sources: {label: {name of a cell or module: its text}};  together: labels of who works
+    together, who are not compared with each other.
+    """
     codes = [read(_own(cells, of), of.fields) for cells in sources.values()]
     prints = [winnowed(hashes(code), of.runs) for code in codes]
     found = shared(prints, of.usual)
+    labels, group = [*sources], {label: n for n, members in enumerate(together) for label in members}
+    groups = np.array([group.get(label, -1 - n) for n, label in enumerate(labels)])
     first, second = np.triu_indices(len(codes), 1)
+    apart = groups[first] != groups[second]
+    first, second = first[apart], second[apart]
     amounts = found[first, second]
-    threshold, labels = likely(amounts), [*sources]
+    threshold = likely(amounts)
     order = [at for at in np.argsort(-amounts, kind="stable") if amounts[at] > threshold]
     pairs = [_pair(labels, codes, prints, found, of, int(first[at]), int(second[at])) for at in order[:SHOWN]]
     more = [(labels[first[at]], labels[second[at]], float(amounts[at])) for at in order[SHOWN:]]

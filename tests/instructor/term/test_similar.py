@@ -58,6 +58,14 @@ def test_a_copy_with_other_names_order_and_comments_is_found(lab, original, give
     assert pair.first.same > 0.7 * pair.first.own and pair.alone > 10
 
 
+def test_who_works_together_is_not_compared_with_each_other(given):
+    every = codes(LAB)
+    texts = of({**every, "copy": every["sequential"], "other": disguised(every["sequential"])})
+    found = similar.compare(texts, given[LAB], [["sequential", "copy", ""]])
+    assert {"sequential", "copy"} not in told(found) and {"sequential", "other"} in told(found)
+    assert len(found.amounts) == len(texts) * (len(texts) - 1) // 2 - 1
+
+
 def test_part_of_a_copy_in_code_of_ones_own_is_found(given):
     every = codes(LAB)
     part = disguised(every["loops and columns"].rsplit("\n\n", 1)[1])
@@ -191,6 +199,10 @@ def test_the_command_compares_what_the_gradebook_keeps(tmp_path, capsys):
                 code.keep(book, id, Work(sources={"cell 1": "something else"}))  # it is kept already
         assert {*code.kept(book, LAB)[1]} == {"cell 1", "m.py"}
         digest = [*book.db.iterdump()]
+    (tmp_path / "course.toml").write_text('[[groups]]\nmembers = ["sequential", "copy"]\n')
+    assert main(["similar", str(tmp_path), "--lab", LAB]) == 0
+    assert "0 pairs to look at" in capsys.readouterr().out
+    (tmp_path / "course.toml").unlink()
     assert main(["similar", str(tmp_path), "--lab", LAB]) == 0
     assert "1 pair to look at" in (said := capsys.readouterr().out) and "Some were graded before" in said
     page = (tmp_path / f"similar-{LAB}.html").read_text(encoding="utf-8")
