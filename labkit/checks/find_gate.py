@@ -20,14 +20,31 @@ def in_gain_only(single: Single, found: list[Finding]) -> list[Finding]:
     """Where d2 comes out right, so does S: what was read off the gain is then told of the gain alone."""
     off = [f for f in found if f.part in ("R", "H P H'")]
     lists = {id: _kept(single, f"d2 {id}") for id in KEPT}
-    if not off or not all(kept and close(kept[0], kept[1], 1e-4) for kept in lists.values()):
+    if not off or not single.probed.both("d2 one"):
         return found
+    if not all(kept and close(kept[0], kept[1], 1e-4) for kept in lists.values()):
+        return [_open(single, f, lists) for f in found]
     if all(close(part.S, single.right(id).S, 1e-2) for id, part in single.parts.items() if id in KEPT):
         return found  # it is off elsewhere only
     came, right = single.parts["one"].S, single.right("one").S
     text = f"`self.d2` comes out right, so S is; what stands in its place in the gain {acts(came, right)}."
     told = Finding("gain", text, [part.S for id, part in single.parts.items() if id in KEPT])
     return [told if f is off[0] else f for f in found if f not in off[1:]]
+
+
+def _open(single, finding, lists):
+    """Where H P H' is missing in the gain, and d2 is that of another S, S itself may be right."""
+    parts = {id: part for id, part in single.parts.items() if id in KEPT}
+    own = {id: np.full(1, _square(single.off(id), part)) for id, part in parts.items()}
+    if (
+        finding.part != "H P H'"
+        or finding.value[0][0]
+        or all(lists[id] and id in own and close(lists[id][0], own[id], 2e-2) for id in KEPT)
+    ):
+        return finding
+    came, right = single.parts["one"].S, single.right("one").S
+    text = f"H P H' is missing in what the gain inverts: that {acts(came, right)}."
+    return Finding("gain", text, [np.array(0.0)])
 
 
 def _kept(single, id):
@@ -47,6 +64,8 @@ def _value(single):
     """The d2 of one landmark or reading: as its innovation, H and R make it, whatever these are."""
     lists = {id: _kept(single, f"d2 {id}") for id in KEPT}
     if not all(kept and kept[0].shape == (1,) for kept in lists.values()) or not single.pairs.keys() >= set(KEPT):
+        return []
+    if not all(_straight(single.pairs[id][0]) for id in KEPT):
         return []
     came = {id: kept[0] for id, kept in lists.items()}
     right = {id: kept[1] for id, kept in lists.items()}
@@ -75,6 +94,11 @@ def _value(single):
     how = f": {_WORDS[words[0]]}" if words else ""
     text = f"`self.d2` {acts(came['one'][0], np.array(due['one']))}{how}."
     return [Finding("R" if words == ["no R"] else "d2", text, [came[id] for id in KEPT])]
+
+
+def _straight(answer):
+    """Whether the estimate moves along the gain: where a heading went past 180 degrees, no innovation can be read."""
+    return close(answer.gain @ np.linalg.pinv(answer.gain) @ answer.moved, answer.moved, 2e-2)
 
 
 def _nu(single, id):

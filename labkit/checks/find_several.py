@@ -47,14 +47,14 @@ def _due(single, id, before):
     right = single.probed.right.get(id)
     if not right or before & {"measured", "wrap"} or single.blind:
         return None
+    if single.probed.probes[id]["first"] > 1 and ("h" in before or single.scale * single.whole != 1):
+        return None  # one reading after the other: the second is seen from where the first led
     if "landmark" in before and not close(single.right("one").H, single.right("other").H):
         return None
     if single.gains:
         return right
     if id != "two" or not {"one", "other"} <= single.parts.keys():
         return None
-    if single.scale * single.whole != 1 and single.probed.probes[id]["first"] > 1:
-        return None  # one reading after the other: the second is seen from where the first led
     order = (single.parts["other"], single.parts["one"])  # as the probe shows them
     H, P, m = np.vstack([part.H for part in order]), right.P, len(order[0].R)
     S = single.share * H @ P @ H.T

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .find_gate import in_gain_only, surprises
+from .find_places import after_predict, again, nearest
 from .find_several import several
 from .findings import Finding, Probed, acts, beside, close, number_text, trait
 from .gain_words import OTHER_WAY
@@ -73,6 +74,10 @@ def _of_one(single):
             else f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
         )
         return [Finding("estimate", text, [np.array([float(still)] * 3)]), *hidden(single)]
+    if elsewhere := nearest(single):
+        return elsewhere + _of_one(single)
+    if found := again(single):
+        return found
     if not single.straight:
         found = _bent(single)
         if not all(close(a.gain, r.gain, 2e-2) for a, r in single.tight.values()):
@@ -85,7 +90,7 @@ def _of_one(single):
         found += _innovation(single) if single.covariances else explained(single, any(f.part == "h" for f in found))
     if not single.covariances:
         found += covariance(single)
-    return found
+    return found or after_predict(single)
 
 
 def _of_estimate(single):

@@ -39,13 +39,11 @@ class Single:
             if a.gain.size and r.gain.shape[1] == 2 and close(a.x, r.x) and close(a.P, r.P):
                 self.pairs[id] = (a, r)
         self._without_what_a_gate_left_out()
+        self.moved = self.pairs.pop("moved", None)  # what an update after `predict` shows
         self.tight = {id: pair for id, pair in self.pairs.items() if not id.endswith(("wide", "narrow", "bent"))}
         self.gains = all(close(a.gain, r.gain) for a, r in self.pairs.values())
         self.covariances = all(close(a.after, r.after) for a, r in self.tight.values())
         self.blind = all(close(a.gain, 0 * a.gain) for a, _ in self.pairs.values())
-        near, bent = (self.pairs.get(id) for id in ("near", "bent"))
-        columns = zip(bent[0].gain.T, near[0].gain.T) if near and bent else ()
-        self.straight = all(close(one, other, 2e-2) for one, other in columns)
         self.replaced = False  # whether the correction stands in the place of the estimate
         self.steps = {id for id in STEPS if id in probed.right}
         self.taken: dict[str, str] = {}  # {probe: one that shows the landmark which is taken there instead}
@@ -63,10 +61,28 @@ class Single:
             if "gate" in self.probed.probes[id]["make"][1]:
                 del self.pairs[id]
 
+    @property
+    def straight(self) -> bool:
+        """Whether the gain is the same for all that may be measured."""
+        near, bent = (self.pairs.get(id) for id in ("near", "bent"))
+        columns = zip(bent[0].gain.T, near[0].gain.T) if near and bent else ()
+        return all(close(one, other, 2e-2) for one, other in columns)
+
+    def forget(self, *ids: str) -> None:
+        """Leave these probes aside."""
+        for id in ids:
+            self.pairs.pop(id, None)
+            self.tight.pop(id, None)
+
+    @staticmethod
+    def part(answer: Answer) -> Part:
+        """H, R and S of a right answer."""
+        return Part.of(answer.gain, answer.P, answer.H)
+
     def right(self, id: str) -> Part:
         """H, R and S of the right answer to one of STEPS: where another landmark is taken, that has another H."""
         answer = self.probed.right[id]
-        part = Part.of(answer.gain, answer.P, answer.H)
+        part = self.part(answer)
         taken = self.taken.get("other" if id == "other" else "one")
         H = self.probed.right[taken].H if taken else part.H
         return Part(H, part.R, H @ answer.P @ H.T + part.R)

@@ -51,6 +51,12 @@ MEMBERSHIP_MISTAKES = [
         [(BODY, "return b + (h - b) * (s - away) / (s - c)")],
     ),
     Mistake(
+        "clipped-late",
+        "The ramp is scaled before it is clipped: clip it to [0, 1] first, then scale it by h - b.",
+        [(BODY, "return np.clip(b + (h - b) * (s - away) / (s - c), 0, 1)")],
+        [(BODY, "return b + np.clip((h - b) * (s - away) / (s - c), 0, 1)")],
+    ),
+    Mistake(
         "one-end",
         "The ramp is cut off at one end only: clip it at 0 and at 1.",
         [(BODY, BODY.replace("np.clip((s - away) / (s - c), 0, 1)", "np.minimum((s - away) / (s - c), 1)"))],

@@ -498,6 +498,9 @@ PREDICTED_MISTAKES = [
         "slip and spin are mixed up: slip is of the position (ahead and to the left), spin of the heading.",
         [(FLOOR, "floor = np.array([noise.slip, noise.spin, noise.spin])")],
         [(FLOOR, "floor = np.array([noise.spin, noise.spin, noise.slip])")],
+        [(FLOOR, "floor = np.array([noise.slip, noise.slip, noise.slip])")],
+        [(FLOOR, "floor = np.array([noise.spin, noise.spin, noise.spin])")],
+        [(FLOOR, "floor = np.array([noise.spin, noise.slip, noise.slip])")],
     ),
     Mistake(
         "x-not-moved",

@@ -103,6 +103,13 @@ NIS_MISTAKES = [
         [(S, "S = np.kron(np.eye(p), R)")],
     ),
     Mistake(
+        "r-dt-again",
+        "R comes out four times too large or too small, as if it were scaled with dt = 0.25 s once more: what `nis` is "
+        "given is that of one step already.",
+        [(S, S.replace("p), R", "p), R / 0.25"))],
+        [(S, S.replace("p), R", "p), R * 0.25"))],
+    ),
+    Mistake(
         "s-not-inverted",
         "S is not inverted: nu' S^-1 nu measures the innovation in units of what is expected.",
         [(NIS_SOLVE, "nu @ S @ nu")],

@@ -16,6 +16,7 @@ GATES = [
     *((40.0, off) for off in ((0.0, 0.9), (2.0, 0), (3.6, 0), (0, 2))),
 ]
 OFF = (0.03, 0.02)  # so that what depends on the sign of an innovation does not stand on its edge
+NEXT = (-0.4, -2.0)  # so far, from the second landmark of XY_MAP, that the fourth is nearer
 LITTLE = (3e-3, 2e-3)  # the same, so little that H is the same from the measurement
 
 
@@ -88,16 +89,16 @@ def probing(sensor, R, map, x0=X0, P0=P0, Q=Q, u=U, dt=1.0):
         start = {} if id.startswith("made") else {"begin": {"xk_k": x0, "Pk_k": P0}}
         return {"id": id, "make": make, "calls": list(calls), "look": [*STATE, "Q", "R"], **start, **more}
 
-    def update(id, *ids, off=LITTLE, step=1e-3, **more):
-        """An update with these landmarks; off: how far the last one's measurement is from what is expected."""
+    def update(id, *ids, off=LITTLE, step=1e-3, before=(), **more):
+        """An update with these landmarks; off: how far the last one's measurement is from what is expected at x0."""
         seen = [[name, *expected(sensor, x0, places[name])] for name in ids]
         seen[-1][1:] = [float(v) for v in np.add(seen[-1][1:], off)]
         more |= {"step": step, "first": 1} if step else {}
-        return probe(id, ["update", {"landmarks": seen}], **more)
+        return probe(id, *before, ["update", {"landmarks": seen}], **more)
 
     u, back = (["predict", one] for one in u)
     loose = {"P0": scaled(P0, 4), "R": scaled(R, 400)}  # so that a filter with a gate of its own lets pass what is far
-    far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)] if sensor == "rb" else []
+    far = [(0, TURN - 0.05), (0, 0.05 - TURN), (0, 2.2), (0, -2.2), (4.0, 0)] if sensor == "rb" else [NEXT]
     probes = [
         probe("made"),
         probe("made dt", dt=0.5),
@@ -120,7 +121,10 @@ def probing(sensor, R, map, x0=X0, P0=P0, Q=Q, u=U, dt=1.0):
         update("three", third, first, second, off=(0, 0)),
         update("near", second, **loose),
         update("bent", second, off=(0.5, 0.4), **loose),
-        *([update("two far", second, first, off=(0, TURN - 0.05), step=0)] if far else []),
+        update("bent narrow", second, off=(0.5, 0.4), P0=scaled(P0, 1e-4), R=scaled(R, 16)),
+        update("more bent", second, off=(0.5, 0.4), P0=scaled(P0, 4)),
+        update("moved", second, before=[u]),
+        *([update("two far", second, first, off=(0, TURN - 0.05), step=0)] if sensor == "rb" else []),
         *(update(f"far {n}", second, off=off, step=0, **loose) for n, off in enumerate(far)),
     ]
     return {"rows": ["dx", "dy"] if sensor == "xy" else ["range", "bearing"], "probes": probes}
@@ -148,9 +152,10 @@ def pose_probing(x0, P0, make, place, shown, look, u, ids, partial=None):
         entries = [shown(one, np.add(place(x0, one), off).tolist())[1] for one, off in pairs]
         return ["update", {kind: entries}]
 
-    def update(id, *which, off=OFF, step=1e-3, shown=shown, **more):
+    def update(id, *which, off=OFF, step=1e-3, shown=shown, before=(), **more):
         more |= {"first": start} | angles | ({"step": step} if step else {})
-        return probe(id, seen(*((one, (0, 0)) for one in which[:-1]), (which[-1], off), shown=shown), **more)
+        last = seen(*((one, (0, 0)) for one in which[:-1]), (which[-1], off), shown=shown)
+        return probe(id, *before, last, **more)
 
     def surprise(id, *calls, **more):
         """Updates after which d2 is looked at; each a list of (id, off)."""
@@ -193,6 +198,9 @@ def pose_probing(x0, P0, make, place, shown, look, u, ids, partial=None):
             update("three", third, first, second, off=(0, 0)),
             update("near", second, **loose),
             update("bent", second, off=(0.3, 0.2), **loose),
+            update("bent narrow", second, off=(0.3, 0.2), P0=1e-4 * P0, noise=4.0),
+            update("more bent", second, off=(0.3, 0.2), P0=4 * P0),
+            update("moved", second, before=steps[:1]),
             *(update(f"far {k}", second, off=off, step=0, **loose) for k, off in enumerate(far)),
             surprise("d2 one", [(first, OFF)]),
             surprise("d2 one P", [(first, OFF)], P0=3 * P0),

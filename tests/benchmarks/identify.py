@@ -12,6 +12,7 @@ import ast
 import copy
 import itertools
 import random
+import re
 import sys
 import time
 import warnings
@@ -22,6 +23,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from benchmarks.roles import is_named, role  # noqa: E402
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.checks import CheckError, judge, observe, stored  # noqa: E402
@@ -177,10 +180,13 @@ def _false(text, both, say, parts, rest, cancel):
 
 
 def _with_family(parts):
-    return parts | next((family for family in FAMILIES if parts & family), set())
+    return parts.union(*(family for family in FAMILIES if parts & family))
 
 
-FAMILIES = ({"estimate", "gain", "innovation", "sign"},)  # of one line: what the estimate makes of the innovation
+FAMILIES = (
+    {"estimate", "gain", "innovation", "sign"},  # of one line: what the estimate makes of the innovation
+    {"gain", "H P H'"},  # missing in what the gain inverts: whether in S itself only d2 and the covariance show
+)
 
 
 class Mutate(ast.NodeTransformer):
@@ -335,9 +341,11 @@ WORLDS = {"cartesian": _landmarks, "range": _landmarks, "legged": _field, "team"
 
 
 def mutated(check, source, show):
-    """(mutants, refused, accepted that differ, named, with their words)."""
-    right = build(source, (), check.subject)
+    """(mutants, refused, accepted that differ, named, with their words, {quantity: [refused, named]})."""
+    right, plain = build(source, (), check.subject), ast.unparse(ast.parse(source))
     total = refused = accepted = named = 0
+    strict: dict[str, list[int]] = {}
+    say = {" ".join(m.say.split()): _roles(source, plain, m.forms) for m in check.mistakes}
     for what, text in mutants(source, check.subject):
         try:
             subject = build(text, (), check.subject)
@@ -351,13 +359,32 @@ def mutated(check, source, show):
                 print("  ACCEPTED", what)
             continue
         refused += 1
+        what_line = int(re.match(r"line (\d+)", what)[1])
+        quantity = role(source, what_line)
+        parts = {f.part for f in wrong_parts(check, subject) if _in(f.text, sentence)}
+        known = set().union(*(roles for words, roles in say.items() if words in sentence))
+        right_one = is_named(quantity, sentence, parts, known, text)
+        counts = strict.setdefault(quantity, [0, 0])
+        counts[:] = counts[0] + 1, counts[1] + right_one
+        if show and not right_one:
+            print("  OTHER", quantity, "|", what, "\n     ", parts, sentence.split("passed.", 1)[1][:240])
         vague = "Not yet right" in sentence and not any(word in sentence for word in ("Error", "shape", "NaN"))
         named += not vague
         if show and vague:
             print("  VAGUE", what, "\n     ", sentence[:300])
         elif show == 2:
             print("  MUTANT", what, "\n     ", sentence.split("passed.", 1)[1][:260])
-    return total, refused, accepted, named
+    return total, refused, accepted, named, strict
+
+
+def _roles(source, plain, forms):
+    """The quantities of the lines that the forms of a known mistake change."""
+    found = set()
+    for form in forms if not any(isinstance(form, str) for form in forms) else ():
+        for old, _ in form:
+            start = source.count("\n", 0, source.index(old)) + 1
+            found |= {role(source, start + n) for n, text in enumerate(old.split("\n")) if text.strip()}
+    return found
 
 
 def main():
@@ -381,9 +408,13 @@ def main():
             n, two, one, false = pairs(check, source, given.pairs, given.show)
             print(name, f"pairs: {n}, both named {two / n:.1%}, one named {one / n:.1%}, false sentence in {false}")
         if "mutants" in given.only:
-            n, refused, accepted, named = mutated(check, source, given.show)
+            n, refused, accepted, named, strict = mutated(check, source, given.show)
+            right = sum(count for _, count in strict.values())
+            of_each = ", ".join(f"{quantity} {b} of {a}" for quantity, (a, b) in sorted(strict.items()))
             print(
-                name, f"mutants: {n}, refused {refused}, accepted that differ {accepted}, named {named / refused:.1%}"
+                name,
+                f"mutants: {n}, refused {refused}, accepted that differ {accepted}, named {named / refused:.1%}, "
+                f"with the right quantity {right / refused:.1%} ({of_each})",
             )
         print(name, f"{time.process_time() - start:.0f} s of the processor", flush=True)
 

@@ -81,7 +81,7 @@ def _probing(check, source):
     for mistake in check.mistakes:
         known = [findings(probed(probing, _run(check, source, form, asked))) for form in mistake.forms]
         probing["known"][mistake.id] = [
-            [[f.part, *(short(np.asarray(v, dtype=float)) for v in f.value)] for f in found]
+            [[f.part, *(short(np.asarray(v, dtype=float)) for v in f.value)] for f in found if f.value]
             for found in known
             if any(f.value for f in found)
         ]
