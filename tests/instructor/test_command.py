@@ -228,6 +228,26 @@ def test_a_bad_mark_by_hand_stops_the_run_and_loses_nothing(small):
     assert table.read_bytes() == before
 
 
+def test_the_rules_of_a_course_change_what_counts_and_no_mark(small):
+    rules, table = small / "out" / "course.toml", small / "out" / "grades.csv"
+    for day, name in enumerate(("Ada", "Bela")):  # all files of one minute would be those of a download
+        os.utime(small / "class" / name / f"{LAB}.ipynb", (1.6e9 + 86400 * day,) * 2)
+    before = table.read_bytes()
+    rules.write_text(f"[labs.{LAB}]\ndue 2020-01-01\n", encoding="utf-8")
+    done = subprocess.run(command(small / "class", "--out", small / "out"), capture_output=True, text=True, env=ENV)
+    assert done.returncode == 2 and "course.toml, line 2: this is no TOML" in done.stderr
+    rules.write_text(f"[labs.{LAB}]\ndue = 2020-01-01\n[late]\npercent_a_day = 9\ncap = 25\n", encoding="utf-8")
+    said = grade(small / "class", "--out", small / "out")
+    assert "Ada: 16 of" not in said and "4 points less), Bela (" in said and table.read_bytes() == before
+    assert {row["student"]: row["points"] for row in rows(small / "out", "summary.csv")} == {"Ada": "12", "Bela": "3"}
+    assert "12" == rows(small / "out", "term.csv")[0][LAB]
+    page = (small / "out" / "feedback" / LAB / "Ada.html").read_text(encoding="utf-8")
+    assert "9 % a day, at most 25 %, 4 of 16 points less." in page
+    said = grade(small / "class", "--out", small / "out", "--late", "count")
+    assert "Note: --late count goes before what course.toml says of late hand-ins." in said
+    assert {row["student"]: row["points"] for row in rows(small / "out", "summary.csv")} == {"Ada": "16", "Bela": "4"}
+
+
 def test_a_changed_submission_is_graded_anew_and_the_old_mark_kept(small):
     as_file(small / "class" / "Bela" / f"{LAB}.ipynb", filled())
     said = grade(small / "class", "--out", small / "out")

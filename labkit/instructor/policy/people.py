@@ -1,5 +1,6 @@
 """Whom `course.toml` names: students as the LMS calls them, by name or number, and nobody by guess."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -37,16 +38,25 @@ class Named:
 
 
 def known(handed_in: Iterable[Person], roster: Iterable[Person]) -> Known:
-    """Those of a lab, from the hand-ins and from the list of the LMS; who is in both is one."""
-    of = Known()
-    for name, number in handed_in:
+    """Those of a lab, from the hand-ins and from the list of the LMS; who is in both, by name and number, is one.
+
+    A group's number may be that of somebody else, so a number alone makes nobody one, but where a name is hidden.
+    """
+    of, at = Known(), dict[tuple[object, str], list[Person]]()
+    for name, number in dict.fromkeys(handed_in):
         of.called[name, number] = _names(name, number)
+        hidden = name.lower().startswith("participant ")
+        at.setdefault((() if hidden else _letters(name), number), []).append((name, number))
     for name, number in roster:
         of.complete = True
-        same = [one for one in of.called if number and one[1] == number]
-        same = same or [one for one in of.called if not one[1] and name and name_key(one[0]) == name_key(name)]
+        keys = [(_letters(name), number), (_letters(name), "")] + [((), number)] * bool(number)
+        same = next((found for key in keys if (found := at.get(key, []))), [])
         of.called.setdefault(same[0] if len(same) == 1 else (name, number), set()).update(_names(name, number))
     return of
+
+
+def _letters(name: str) -> tuple[str, ...]:
+    return name_key(re.sub(r"[\W_]+", " ", name))
 
 
 def _names(name: str, number: str) -> set[str]:

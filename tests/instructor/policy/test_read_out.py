@@ -13,6 +13,7 @@ from labkit.instructor.records import PASSED, Check
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.report.output import write_all
 from labkit.instructor.report.taken import take_hand_marks
+from labkit.instructor.term import overview
 
 from helpers.graded import sound, table
 
@@ -144,3 +145,16 @@ def test_other_labs_are_read_out_by_what_their_own_run_said(book, tmp_path):
     (tmp_path / "course.toml").write_text(RULES.split("[labs")[0])
     book.set_paper("02_noise_mismatch", "paper", CHECKS)
     assert rows(run(book) / "summary.csv")["Ada"]["points"] == "14.4"
+
+
+def test_the_total_of_the_term_goes_by_the_points_that_count_and_by_weights(book, tmp_path):
+    two(book)
+    other = "02_noise_mismatch"
+    book.set_paper(other, "paper", [CHECKS[0]])
+    id = book.add(other, "Ada", "101", "a.ipynb", "d", "paper", None, False, [], {})
+    book.mark(id, "kf", 8, PASSED)
+    book.finish(id)
+    book.choose(id, [], False)
+    (tmp_path / "course.toml").write_text(f"{RULES}[labs.{other}]\nweight = 3\n")
+    totals = {row.label: row.total for row in overview.read(book).rows}
+    assert totals == {"Ada": pytest.approx((12.8 / 20 + 3 * 0.5) / 4), "Bo": pytest.approx(0.535), "Cy": 0.2}
