@@ -173,9 +173,10 @@ def _told_late(result: Result, course: Course, extended: bool) -> Result:
 def _costly(result: Result, course: Course, days: int, when: str) -> Result:
     """A result that is so many days late."""
     late = course.late
-    if late.ignore:
-        return replace(result, late=True, problem=result.problem or IGNORED, marks=[])
     result = replace(result, late=True, ruling=replace(result.ruling, days=days))
+    if late.ignore:
+        result = replace(result, problem=result.problem or IGNORED, marks=[])
+        return _with(result, f"{counted(days, 'day')} late ({when}; a day begun counts).")
     cost = penalty.less(late, days, result.points, result.max_points)
     if not cost:
         return replace(result, notes=[*result.notes, "Handed in late."])

@@ -41,7 +41,7 @@ def read(path: Path, known: Collection[str] = ()) -> Course:
         raise CommandError(f"{path} is no text in UTF-8: save it as UTF-8.") from None
     try:
         values = tomllib.loads(_HOURS.sub(r"\1:00", text))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # not only its own: a number may have too many digits
         raise CommandError(f"{path}, {_broken(str(error), text)} {UNTOUCHED}") from None
     wrong: list[str] = []
     course = _course(Table(values, "", wrong), labs)

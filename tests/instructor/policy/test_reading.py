@@ -58,6 +58,7 @@ EXTENSION = f'[[extensions]]\nstudent = "Ada"\nlab = "{LAB}"\ndue = 2026-11-27\n
 BAD = {  # text of the file: what is said of it
     "a = \nb = 2": "course.toml, line 1: this is no TOML: Invalid value.",
     "[late]\n\nx": "course.toml, line 3: this is no TOML: ",
+    f"weight = {'9' * 5000}": "course.toml, line 1: this is no TOML: Exceeds the limit",
     "lates = 1": "lates: there is no such key; did you mean 'late'?",
     "xyz = 1": "xyz: there is no such key; there are zone, attempts,",
     "[late]\npercent_per_day = 10": "[late] percent_per_day: there is no such key; did you mean 'percent_a_day'?",

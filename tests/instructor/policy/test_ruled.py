@@ -63,6 +63,7 @@ def test_a_late_hand_in_costs_what_the_file_says_and_the_gradebook_keeps_the_raw
     assert (count.points, count.late, count.notes, count.ruling.told) == (20, True, ["Handed in late."], ())
     ignored = rules(book, DUE.replace("percent_a_day = 10", "ignore = true"))["Ada"]
     assert ignored.problem == "It was handed in late, and late hand-ins do not count." and not ignored.marks
+    assert "2 days late (due 2026-11-20 12:00, handed in 2026-11-22 10:00" in ignored.ruling.told[0]
 
 
 def test_an_extension_is_the_students_own(book):
