@@ -29,7 +29,7 @@ def lazily(package: dict[str, Any], **modules: str) -> tuple[Callable[[str], Any
         if name not in modules:
             raise AttributeError(f"module {package['__name__']!r} has no attribute {name!r}")
         module = import_module(f".{modules[name]}", package["__name__"])
-        return module if name == modules[name] else getattr(module, name)
+        return module if name == modules[name].rpartition(".")[2] else getattr(module, name)
 
     def own(value):
         return not isinstance(value, ModuleType) and getattr(value, "__module__", "labkit").startswith("labkit")
@@ -51,4 +51,5 @@ __getattr__, __dir__ = lazily(
     load_answer="notebook.answers",
     metrics="metrics",
     mrclam="mrclam",
+    variant="notebook.variant",
 )

@@ -4,6 +4,7 @@ import argparse
 import math
 import re
 from datetime import date, datetime, time
+from pathlib import Path
 from typing import Any
 
 LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be right
@@ -17,6 +18,8 @@ def add(commands: Any) -> None:
     make = commands.add_parser("release", help="make what students get (instructors)")
     make.add_argument("out", metavar="OUT", help="a new folder, or a file that ends in .zip")
     make.add_argument("--force", action="store_true", help="write over an older zip")
+    make.add_argument("--variants", metavar="COURSE", help="numbers of students' own, by the course's name and theirs")
+    make.add_argument("--class", dest="roster", metavar="CSV", help="with it: a zip for each student of this table")
     make.set_defaults(run=_release)
 
     show = commands.add_parser("sandbox", help="show what this machine's sandboxes keep students' code from")
@@ -194,7 +197,11 @@ def _similar(args):
 def _release(args):
     from .authoring import release
 
-    return release.main(args.out, args.force)
+    if not args.roster:
+        return release.main(args.out, args.force, args.variants or "")
+    from .policy import variants
+
+    return variants.main(Path(args.out), args.force, args.variants or "", args.roster)
 
 
 def _sandbox(args):

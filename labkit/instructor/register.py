@@ -9,7 +9,7 @@ from .exam.jobs import Job, keep
 from .exam.paper import Paper
 from .intake.attempts import hand_ins
 from .intake.collect import Submissions, Unfit
-from .policy import Course, intake
+from .policy import Course, intake, variants
 from .records import CommandError
 from .report import code
 from .report.canvas import names_of
@@ -36,6 +36,7 @@ def register(
     book.retry(paper.lab)
     entries, unfits = _called(book, entries, unfits, args.canvas)
     rules, due, told = intake.rules(book, paper.lab, course or Course(), args, [*entries, *unfits])
+    own = variants.of_class(paper, course or Course(), Path(args.out), entries)
     entries, of_times = dated(entries, args.moodle, Path(args.submissions).name, due)
     notes += [*told, *of_times]
     jobs, older = [], 0
@@ -44,6 +45,7 @@ def register(
             _refuse(book, paper, found)
             continue
         anew = not unfinished and _asked_for(args.regrade, found.entry)
+        variants.give(found.work, own.get((found.entry.student, found.entry.identifier)))
         job, outdated = _enter(book, paper, found, anew, folder)
         jobs += [job] if job else []
         older += outdated

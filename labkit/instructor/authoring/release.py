@@ -10,6 +10,7 @@ import zipfile
 from pathlib import Path
 from typing import TypeAlias
 
+from ...notebook import variant
 from .. import files
 from ..records import CommandError
 from ..trouble import why
@@ -40,10 +41,13 @@ README = "labkit/instructor/authoring/student_readme.md"
 _CHECK = re.compile(r"""^check\(\s*["']([\w-]+)["']""", re.M)
 
 
-def main(out: Path | str, force: bool = False) -> int:
-    """Make the students' kit of the project that this file is in; returns the exit status."""
+def main(out: Path | str, force: bool = False, course: str = "") -> int:
+    """Make the students' kit of the project that this file is in; returns the exit status.
+
+    course: whose students are asked for their number, and get numbers of their own; '' if all have the same.
+    """
     try:
-        paths = release(ROOT, out, force)
+        paths = release(ROOT, out, force, variant.text(course, "") if course else "")
     except CommandError as problem:
         print(f"labkit release: {problem}", file=sys.stderr)
         return 2
@@ -51,10 +55,11 @@ def main(out: Path | str, force: bool = False) -> int:
     return 0
 
 
-def release(root: Path | str, out: Path | str, force: bool = False) -> list[str]:
+def release(root: Path | str, out: Path | str, force: bool = False, own: str = "") -> list[str]:
     """Write the students' kit of the project in `root` to `out`; the sorted paths in it. Raises CommandError.
 
-    out: a folder, new or empty, or a new file that ends in .zip; force: write over a zip.
+    out: a folder, new or empty, or a new file that ends in .zip; force: write over a zip; own: the text of a
+    variant.toml beside the notebooks, '' for none.
     """
     root, out = Path(root), Path(out)
     zipped = out.name.lower().endswith(".zip")
@@ -63,6 +68,8 @@ def release(root: Path | str, out: Path | str, force: bool = False) -> list[str]
         kit = collect(root)
         if problems := list(leaks(_scripts(root), kit)):
             raise CommandError("\n".join(["Nothing was written, as students would get too much:", *problems]))
+        if own:
+            kit[f"notebooks/{variant.FILE}"] = own.encode(), 0o644
         out.parent.mkdir(parents=True, exist_ok=True)
         (_write_zip if zipped else _write_folder)(kit, out)
     except OSError as error:

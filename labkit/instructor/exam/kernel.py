@@ -6,6 +6,7 @@ of the cell is written to a file, a line for each, for the recorder that sits in
 
 import builtins
 import json
+from base64 import b64decode
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from ...checks import CheckError
 from ...checks.feedback import FilterError
+from ...notebook import variant
 from .. import records
 from ..sandbox.channel import Channel, NotGradedError, StudentCodeError, WorkerLostError
 from ..sandbox.forms import TEXT
@@ -67,6 +69,8 @@ class Batch:
         if self.student:
             self.student.end()
         self.number, self.work = number, json.loads(Path(self.students[number]["work"]).read_text(encoding="utf-8"))
+        own = self.work["files"].get(variant.FILE)
+        variant.tell(own and b64decode(own).decode())  # for what the check cells draw as the student's notebook did
         notebook = Notebook(self.work["cells"], self.given, self.work["files"])
         self.student = Student(self.sandbox, notebook, self.subjects, self.spare, **self.time)
         # The next student's worker imports what it needs while this one is graded.

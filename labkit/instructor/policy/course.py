@@ -67,7 +67,8 @@ class Course:
 
     zone: of times that name none, None for this machine's;  attempts: '' if nothing is said;
     students: who is in the class, beside those known anyway;  known: the names of all labs that there are;
-    file: as messages call it.
+    variants: the course's name, from which numbers of students' own are drawn, '' for the same numbers for all;
+    roster: the table of its students, as `labkit.instructor.roster` reads it;  file: as messages call it.
     """
 
     zone: tzinfo | None = None
@@ -79,6 +80,8 @@ class Course:
     groups: tuple[Group, ...] = ()
     students: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
+    variants: str = ""
+    roster: str = ""
     file: str = NAME
 
     def lab(self, name: str) -> Lab:

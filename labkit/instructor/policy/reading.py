@@ -16,7 +16,7 @@ from .fields import Table, kind, meant
 
 ROOT = Path(__file__).resolve().parents[3]
 ATTEMPTS = (NEWEST, FIRST, BEST)
-TOP = ("zone", "attempts", "partial_credit", "students", "late", "labs", "extensions", "groups")
+TOP = ("zone", "attempts", "partial_credit", "students", "late", "labs", "extensions", "groups", "variants")
 MOST_DAYS = 60 * 24 * 7  # [min] of grace: more is another due date
 
 
@@ -92,7 +92,17 @@ def _course(top: Table, known: tuple[str, ...]) -> Course:
         tuple(filter(None, (_group(table, known) for table in top.tables("groups")))),
         _names(top, "students"),
         known,
+        *_variants(Table(top.get("variants", dict, {}), "[variants]", top.wrong)),
     )
+
+
+def _variants(table: Table) -> tuple[str, str]:
+    table.keys(("course", "roster"))
+    course, roster = (squash(table.get(key, str, "")) for key in ("course", "roster"))
+    for key, value in (("course", course), ("roster", roster)):
+        if table.values and not value:
+            table.tell(key, "it is missing: variants need the course's name, as it was released, and a roster")
+    return course, roster
 
 
 def _zone(top: Table) -> tzinfo | None:
