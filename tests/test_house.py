@@ -48,8 +48,9 @@ def test_what_students_get_is_small(figures):
     Another 30 keep the verdict where a diagnosis fails.
     Another 175 came from lab 8's cells, and tell its open filters step by step from the one that they should be like.
     Another 155 tell where a filter linearises and which landmark it takes, and what only d2 can show of S.
+    Numbers of a student's own (`labkit.notebook.variant`) took 75.
     """
-    assert figures["lines, students' side"] <= 11920
+    assert figures["lines, students' side"] <= 12100
 
 
 def test_modules_and_functions_are_short(figures):
