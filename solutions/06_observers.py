@@ -595,7 +595,7 @@ for k, apart in enumerate([*rng.uniform(0.5, 1, 4), *rng.uniform(0.033, 0.041, 3
     P1, P2 = o[:2] + np.column_stack([np.cos(way), np.sin(way)]) * [[r], [r + 1.5]]
     z1, z2 = (exam.right("h")[0](o, np.array([*P, 0])) for P in (P1, P2))
     pairs.append((P1, z1, P2, z2, 0.01))
-exam.same(two_circles, pairs, "other observers")
+exam.same(two_circles, pairs, "other observers", turns=2)
 print("passed")
 
 # %% id="grade-h" tags=["hidden"] points=1 title="h: in all directions"

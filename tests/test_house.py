@@ -49,8 +49,9 @@ def test_what_students_get_is_small(figures):
     Another 175 came from lab 8's cells, and tell its open filters step by step from the one that they should be like.
     Another 155 tell where a filter linearises and which landmark it takes, and what only d2 can show of S.
     Numbers of a student's own (`labkit.notebook.variant`) took 75.
+    Another 60 tell R at a measured range, an array outside a function that it changes, and an angle a turn on.
     """
-    assert figures["lines, students' side"] <= 12100
+    assert figures["lines, students' side"] <= 12160
 
 
 def test_modules_and_functions_are_short(figures):

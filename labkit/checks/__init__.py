@@ -194,12 +194,21 @@ def steady_traces(data: Data, subject: Callable) -> dict[str, Trace]:
 
 
 def _class_state(subject):
-    members = vars(subject) if inspect.isclass(subject) else {}
+    if inspect.isclass(subject):
+        members = vars(subject)
+    else:  # of what stands outside a function, what it names
+        code, outside = getattr(subject, "__code__", None), getattr(subject, "__globals__", {})
+        members = {name: outside[name] for name in (code.co_names if code else ()) if name in outside}
     return {k: repr(v) for k, v in members.items() if not callable(v) and not k.startswith("__")}
 
 
 def _unsteady(data, before, after):
     for name in after:
+        if before.get(name) != after[name] and data["kind"] == "function":
+            return (
+                f"`{name}` stands outside your function, which changes it, so each call spoils the next: "
+                "make a new array inside, and return that."
+            )
         if before.get(name) != after[name]:
             return (
                 f"`{name}` belongs to the class, so all filters share it and each spoils the next: "

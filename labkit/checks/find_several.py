@@ -73,8 +73,11 @@ def _differs(single, id, r, before):
         return "" if close(a.after, right) else f"{single.probed.P} {acts(a.after, right)}."
     if not r or not np.isfinite(r.gain).all():
         return ""
+    if single.probed.probes[id]["first"] > 1 and before:
+        return ""  # one reading after the other: it follows from what is wrong with the first
     if not close(a.gain, r.gain):
-        return f"the gain {acts(a.gain, r.gain)}: look at how H, R and the innovation are stacked."
+        text = f"the gain {acts(a.gain, r.gain)}"
+        return f"{text}: look at how H, R and the innovation are stacked." if single.stacks else f"{text}."
     return "" if before or close(a.after, r.after) else f"{single.probed.P} {acts(a.after, r.after)}."
 
 

@@ -109,12 +109,23 @@ def _of_estimate(single):
 
 def _bent(single):
     """How the estimate follows a measurement depends on that measurement itself."""
-    told = f"{single.probed.P} comes out right, so H and R are; " * single.covariances
-    text = "is the landmark of the map used, and not that of the measurement, in what is expected"
+    a, r = single.pairs["bent"]
+    gain, HP = single.pairs["one"][0].gain, r.H @ r.P
+    back = np.linalg.pinv(HP)
+    S = back.T @ (a.P - a.after) @ back  # the inverse of S, where H is right
+    R, due = np.linalg.pinv(S) - r.H @ HP.T, single.right("bent").R
+    if close(HP.T @ S @ HP, a.P - a.after) and not close(R, due):
+        text = f"R {acts(R, due)} where another range is measured than expected: R belongs to the expected one."
+        return [Finding("measured", text, [gain])]
+    covariances = single.covariances and close(a.after, r.after)
+    told = f"{single.probed.P} comes out right, so H and R are; " * covariances
+    told += "the gain changes with what was measured, although all but the innovation comes from the estimate: "
+    told += "is the landmark of the map used, and not that of" if single.stacks else "is nothing used of"
     gated = "gate" in single.probed.probes["one"]["make"][1]  # in these labs R depends on the range
-    text += "?" if single.covariances else ", in H and in R?" if gated else " and in H?"
-    what = f"the gain changes with what was measured, although all but the innovation comes from the estimate: {text}"
-    return [Finding("measured", (told + what)[0].upper() + (told + what)[1:], [single.pairs["one"][0].gain])]
+    told += " the measurement, in what is expected" + (
+        "?" if covariances else ", in H and in R?" if gated else " and in H?"
+    )
+    return [Finding("measured", told[0].upper() + told[1:], [gain])]
 
 
 def _replaced(single):

@@ -56,7 +56,11 @@ def alike(a: Sequence[Any], b: Sequence[Any]) -> bool:
 def acts(came: Array, right: Array, trait: str = "") -> str:
     """'acts as [1, 2], right is [3, 4]', arrays (...,), with what else is known of the two."""
     size = 1e4 * max(np.abs(came).max(initial=0.0), np.abs(right).max(initial=0.0))  # it is read off differences
-    return f"acts as {beside(came, right, size)}" + (f" ({trait})" if trait else "")
+    told = beside(came, right, size)
+    if len(set(told.split(", right is "))) == 1 and np.ndim(came) == 2 and came.shape == right.shape:
+        i = int(np.abs(came - right).max(axis=1).argmax())  # what differs is left out of the middle
+        told = f"{beside(came[i], right[i], size)}, in row {i + 1}"
+    return f"acts as {told}" + (f" ({trait})" if trait else "")
 
 
 def beside(came: Array, right: Array, size: float = 0.0) -> str:

@@ -86,7 +86,7 @@ class _Search:
             if (changed & ~wrong).any():
                 continue
             found = list(regions(self.table, self.mine, values, self.table.wrong(self.mine, values)))
-            if len(found) == 1 and found[0].trait and changed.sum() > 2:
+            if len(found) == 1 and found[0].trait and "`" not in found[0].trait and changed.sum() > 2:
                 return values, [Told(say, say, say)]
         return self.table.right, []
 

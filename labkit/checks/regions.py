@@ -126,8 +126,8 @@ class _Parts:
         if not good:
             return at if count == 1 else f"{at}; it is off at {'both' if count == 2 else f'all {count}'} inputs"
         if len(bad) < min(4, len(good)):
-            also = f" and {_list(bad[1:])}" if len(bad) > 1 else ""
-            return f"{at}{also}; it is right elsewhere"
+            also = f"off at {_list(bad[1:])} too, " if len(bad) > 1 else ""
+            return f"{at}; it is {also}right elsewhere"
         return f"{at}; it is off at {len(bad)} of {count} inputs, right at {_list(good)}"
 
     def _name(self, own):
@@ -163,5 +163,5 @@ def _beside(came, right, trait):
 
 
 def _list(labels):
-    told, more = labels[:2], len(labels) - 2
-    return ", ".join(told) + (f" and {more} more" if more > 0 else "")
+    told = [*labels[:2], f"{len(labels) - 2} more"] if len(labels) > 3 else labels
+    return " and ".join(part for part in (", ".join(told[:-1]), told[-1]) if part)

@@ -44,6 +44,7 @@ class Single:
         self.gains = all(close(a.gain, r.gain) for a, r in self.pairs.values())
         self.covariances = all(close(a.after, r.after) for a, r in self.tight.values())
         self.blind = all(close(a.gain, 0 * a.gain) for a, _ in self.pairs.values())
+        self.stacks = all(probe.get("first", 1) == 1 for probe in probed.probes.values())  # all readings of a step
         self.replaced = False  # whether the correction stands in the place of the estimate
         self.steps = {id for id in STEPS if id in probed.right}
         self.taken: dict[str, str] = {}  # {probe: one that shows the landmark which is taken there instead}

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..geometry import Array
+from ..geometry import Array, wrap
 from . import kinds
 from .feedback import own_line, sentence
 
@@ -126,13 +126,20 @@ def _function_steps(function, scenario):
                 raise OddResultError("count", f"It should return {wanted}, as in `return {', '.join(names)}`.")
         else:
             answer = [answer]
-        yield [as_value(v, f"`{n}`" if len(names) > 1 else "The result") for v, n in zip(answer, names)]
+        values = [as_value(v, f"`{n}`" if len(names) > 1 else "The result") for v, n in zip(answer, names)]
+        for i in scenario.get("turns", ()):  # places of angles, which are the same a whole turn on
+            values = [np.where(np.arange(v.size) == i, wrap(v), v) if np.ndim(v) == 1 else v for v in values]
+        yield values
 
 
 def as_value(raw: Any, name: str) -> str | Array:
     """A copy of `raw` as a text or a float array (...,), infinity as NaN. Raises OddResultError for what is neither."""
     if raw is None:
-        hint = "is the `return` missing?" if name == "The result" else "something without a result was assigned."
+        hint = (
+            "is the `return` missing, or does one return None?"
+            if name == "The result"
+            else "something without a result was assigned."
+        )
         raise OddResultError("none", f"{name} is None: {hint}")
     if isinstance(raw, str):
         return str(raw)

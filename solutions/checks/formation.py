@@ -48,8 +48,8 @@ CONVERTED_MISTAKES = [
 
 ME, SLOT, V = [0.2, -0.4], [1.0, 0.3], [0.2, 0.05]
 FORCE = [
-    case("alone", "nobody near", [""], "force", ME, SLOT, V, [[2.0, 1.0], [-1.5, 1.0]]),
     case("near", "one robot near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [2.0, 1.0]]),
+    case("alone", "nobody near", [""], "force", ME, SLOT, V, [[2.0, 1.0], [-1.5, 1.0]]),
     case("two", "two robots near", [""], "force", ME, SLOT, V, [[0.5, 0.1], [-0.3, -0.6]]),
     case("told", "other constants", [""], "force", ME, SLOT, V, [[0.5, 0.1], [-0.3, -0.6]], 1.5, 0.2, 1.0),
     case("edge", "a robot just outside rho_0", [""], "force", ME, SLOT, V, [[1.95, -0.4]]),
@@ -71,6 +71,26 @@ FORCE_MISTAKES = [
         "no-limit",
         "Robots beyond rho_0 act too, and attract: only those nearer than rho_0 count.",
         [("if rho < rho_0:", "if True:")],
+    ),
+    Mistake(
+        "turned-round",
+        "Robots beyond rho_0 act, and near ones do not: it is the other way round.",
+        [("if rho < rho_0:", "if rho > rho_0:")],
+    ),
+    Mistake(
+        "from-slot",
+        "How near another robot is counts from me, not from the slot: rho = |me - other|.",
+        [("rho = np.linalg.norm(me - other)", "rho = np.linalg.norm(slot - other)")],
+    ),
+    Mistake(
+        "no-direction",
+        "The push has no direction: it is a number times e, the unit vector from the other robot to me.",
+        [(PUSH, PUSH.removesuffix(" * (me - other) / rho"))],
+    ),
+    Mistake(
+        "brackets",
+        "All of (1/rho - 1/rho_0) is divided by rho squared: a pair of brackets is missing.",
+        [(PUSH, PUSH.replace("(1 / rho - 1 / rho_0) / rho**2", "(1 / rho - 1 / rho_0 / rho**2)"))],
     ),
     Mistake(
         "n-not-unit",
@@ -120,8 +140,8 @@ FORCE_MISTAKES = [
 ]
 
 VELOCITY = [
-    case("turn", "the leader stands and turns", [""], "slot_velocity", [-1.1, 0.9], [0.0, 0.0], 0.4),
     case("both", "the leader drives and turns", [""], "slot_velocity", [0.3, -1.2], [0.2, 0.1], -0.6),
+    case("turn", "the leader stands and turns", [""], "slot_velocity", [-1.1, 0.9], [0.0, 0.0], 0.4),
     case("ahead", "the leader drives straight ahead", [""], "slot_velocity", [-1.1, 0.9], [0.2, 0.1], 0.0),
 ]
 SWING = "rate * np.array([-arm[1], arm[0]])"
@@ -153,11 +173,21 @@ STEER = [
     case("behind", "to where it does not look", [""], "steer", [0.5, -1.0, 0.2], [-0.3, 0.02]),
     case("west", "across 180 degrees", [""], "steer", [0.5, -1.0, 3.0], [-0.3, -0.04]),
     case("fast", "faster than it can", [""], "steer", [0.5, -1.0, 0.2], [0.7, 0.5]),
+    case("slow", "slow, but faster than 0.01 m/s", [""], "steer", [0.5, -1.0, 0.5], [0.03, -0.02]),
     case("stand", "hardly any velocity", [""], "steer", [0.5, -1.0, 0.5], [0.004, -0.006]),
 ]
 OFF, GO = "off = wrap(np.arctan2(velocity[1], velocity[0]) - pose[2])", "min(speed, 0.5) * max(np.cos(off), 0.0)"
 STEER_MISTAKES = [
-    Mistake("not-wrapped", "The angle is not wrapped: it turns the long way round.", [(OFF, OFF.replace("wrap", ""))]),
+    Mistake(
+        "not-wrapped",
+        "The difference of the two angles is not wrapped: it turns the long way round.",
+        [(OFF, OFF.replace("wrap", ""))],
+    ),
+    Mistake(
+        "to-velocity",
+        "The velocity is taken for a place: its own direction counts, arctan2 of its two numbers.",
+        [(OFF, "off = wrap(np.arctan2(velocity[1] - pose[1], velocity[0] - pose[0]) - pose[2])")],
+    ),
     Mistake(
         "no-heading",
         "The heading is not subtracted: how much it has to turn depends on where it looks.",
@@ -198,6 +228,7 @@ STEER_MISTAKES = [
 WEIGH = [
     case("two", "two guesses", [""], "weigh", [0.5, 0.5], [0.3, 2.1]),
     case("prior", "guesses that were not alike before", [""], "weigh", [0.7, 0.2, 0.1], [4.0, 1.0, 2.5]),
+    case("apart", "a guess that fits far worse than the other", [""], "weigh", [0.5, 0.5], [0.0, 5000.0]),
     case("bad", "readings that fit none of them", [""], "weigh", [0.4, 0.6], [5001.0, 5000.0]),
 ]
 WEIGHED = "np.asarray(w) * np.exp(-(np.asarray(misfits) - np.min(misfits)) / 2)"
@@ -213,7 +244,18 @@ WEIGH_MISTAKES = [
         "What was known before is forgotten: the old weights are a factor.",
         [(WEIGHED, WEIGHED.removeprefix("np.asarray(w) * "))],
     ),
-    Mistake("sum", "The weights do not sum up to 1: divide by their sum.", [("return w / np.sum(w)", "return w")]),
+    Mistake(
+        "sum",
+        "The weights do not sum up to 1: divide by their sum.",
+        [("return w / np.sum(w)", "return w")],
+        [("return w / np.sum(w)", "return w / np.sum(np.exp(-(np.asarray(misfits) - np.min(misfits)) / 2))")],
+    ),
+    Mistake(
+        "overflow",
+        "Where misfits are far apart, exp becomes too large for a computer: subtract the *smallest* misfit.",
+        [(WEIGHED, WEIGHED.replace("np.min(", "np.max("))],
+        [(WEIGHED, WEIGHED.replace("np.min(", "np.mean("))],
+    ),
     Mistake(
         "underflow",
         "Where all misfits are large, exp(-m / 2) is 0 for a computer: subtract the smallest misfit first.",
@@ -255,7 +297,7 @@ CHECKS = [
         STEER,
         [Right("norm", [("speed = np.hypot(*velocity)", "speed = np.linalg.norm(velocity)")])],
         STEER_MISTAKES,
-        parts={"": [["speed", "rate"]]},
+        parts={"": [["forward", "rate"]]},
     ),
     Check(
         "team-weigh",

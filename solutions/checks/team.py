@@ -106,6 +106,7 @@ PAPER_MISTAKES = [
                 "[[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]]",
             )
         ],
+        [(FIRST, FIRST.replace("turn @", "turn.T @"))],
     ),
     Mistake(
         "heading-first",
@@ -132,6 +133,11 @@ PAPER_MISTAKES = [
         "Q is added as it is: along and across the way have to be turned by the heading, Rot Q Rot'.",
         [(SLIPS, "self.P[:2, :2] += np.diag(slips)")],
     ),
+    Mistake(
+        "q-turned-back",
+        "Rot Q Rot' has its transpose in the wrong place.",
+        [(SLIPS, "self.P[:2, :2] += turn.T @ np.diag(slips) @ turn")],
+    ),
     Mistake("q-forgotten", "Q is missing in predict.", [(SLIPS, "pass")]),
     Mistake(
         "no-inflate",
@@ -152,6 +158,11 @@ PAPER_MISTAKES = [
         "of-metre",
         "Q is taken for a metre or for another robot's step: use `self.noise.of_step(u[0])`.",
         [("self.noise.of_step(u[0])[:2] ** 2", "np.array([self.noise.walk, self.noise.side]) ** 2")],
+    ),
+    Mistake(
+        "rows",
+        "The blocks of H stand in the wrong columns: robot i has 3 * i to 3 * i + 3.",
+        [("slice(3 * i, 3 * i + 3), slice(3 * j, 3 * j + 3)", "slice(i, i + 3), slice(j, j + 3)")],
     ),
     Mistake(
         "observer-only",
@@ -259,6 +270,21 @@ EKF_MISTAKES = [
         "world-frame",
         "The steps are added as they are: each is in its robot's own frame, and has to be turned by its heading.",
         [("dx, dy, _ = W @ u[i]", "dx, dy, _ = u[i]")],
+    ),
+    Mistake(
+        "turned-back",
+        "The steps are turned the wrong way: delta is W u, and W has -sin at the upper right.",
+        [("dx, dy, _ = W @ u[i]", "dx, dy, _ = W.T @ u[i]")],
+    ),
+    Mistake(
+        "heading-of-0",
+        "All steps are turned by robot 0's heading: each robot has its own.",
+        [(COS, COS.replace("[i, 2]", "[0, 2]"))],
+    ),
+    Mistake(
+        "without-0",
+        "Robot 0 stays where it is: it moves as all others do.",
+        [(EACH, EACH + "\n            if i == 0:\n                continue")],
     ),
     Mistake(
         "heading-first",

@@ -57,7 +57,7 @@ def seen(o, p):
 def circles(id, title, o, P1=P1, P2=P2, change=(0.0, 0.0), sigma=0.01):
     z1, z2 = seen(o, P1), seen(o, P2)
     z2 = [z2[0] + change[0], z2[1] + change[1]]
-    return case(id, title, [""], "two_circles", P1, z1, P2, z2, sigma)
+    return case(id, title, [""], "two_circles", P1, z1, P2, z2, sigma) | {"turns": [2]}
 
 
 CIRCLES = [
@@ -143,6 +143,7 @@ CIRCLES_MISTAKES = [
         "Always the point to the right of the way is taken: the difference of the bearings tells which one it is.",
         [("off, o, heading = min(found, key=lambda one: one[0])", "off, o, heading = found[1]\n    off = 0")],
     ),
+    Mistake("c-squared", "c is the root of c^2.", [("np.sqrt(c2) * across", "c2 * across")]),
     Mistake(
         "a-sign",
         "The foot point is on the wrong side: a = (d1^2 - d2^2 + b^2) / (2 b).",
@@ -150,7 +151,7 @@ CIRCLES_MISTAKES = [
     ),
     Mistake(
         "a-halved",
-        "UNKNOWN came back for a good pair: which of your four tests fired, and why? (a is divided by all of 2 b.)",
+        "UNKNOWN came back for a good pair: which of your four tests fired, and why?",
         [("/ (2 * b)", "/ 2 * b")],
     ),
     Mistake(

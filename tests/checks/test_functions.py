@@ -1,7 +1,9 @@
 """What a function gives wrong is told by the number, row or input that is off, whatever the mistake."""
 
 import pytest
-from checks.test_checks import failure
+from checks.test_checks import failure, subject
+
+from labkit import check
 
 SUM = "np.hypot(dx, dy), np.arctan2(dy, dx)"
 S = "S = H @ P @ H.T + np.kron(np.eye(p), R)"
@@ -45,6 +47,10 @@ CASES = [
     ("team-h", "dx, dy = p[:2] - o[:2]", "o, p = p, o; dx, dy = p[:2] - o[:2]", "Observer and target have changed places"),
     ("team-jacobians", "[-dy / rho2, dx / rho2, 0]", "[-dy / rho2, 2 * dx / rho2, 0]", "Row 2 (bearing), column 2 (y) of `H_p`"),
     ("team-converted", "[np.cos(alpha), np.sin(alpha)]", "[np.cos(np.deg2rad(alpha)), np.sin(np.deg2rad(alpha))]", "acts as"),
+    ("team-circles", "return np.array([o[0], o[1], heading])", "UNKNOWN[:] = *o, heading; return UNKNOWN", "stands outside"),
+    ("team-steer", "speed < 0.01", "speed < 0.1", 'at "slow, but faster than 0.01 m/s"; it is right elsewhere'),
+    ("team-weigh", "return w / np.sum(w)", "return w / np.sum(np.exp(np.min(misfits) / 2 - misfits / 2))", "sum up to 1"),
+    ("team-weigh", "np.min(misfits)", "np.mean(misfits)", "subtract the *smallest* misfit"),
     ("team-force", "(1 / rho - 1 / rho_0) / rho**2 * (me", "(1 / rho - 1 / rho_0) * (me", "divided by rho squared"),
 ]  # fmt: skip
 
@@ -99,3 +105,13 @@ def test_two_known_mistakes_that_meet_in_one_number_are_both_told():
 def test_where_it_is_right_is_told_too():
     text = " ".join(str(failure("mismatch-verdict", [("mean_nees > high", "mean_nees > 9")])).split())
     assert "The result is 'consistent', right is 'overconfident' at `verdict(8.5, 50)`" in text
+
+
+def test_an_angle_may_be_a_whole_turn_on(capsys):
+    check("team-circles", subject("team-circles", [("heading])", "heading + 2 * np.pi])")]))
+    assert "passed" in capsys.readouterr().out
+
+
+def test_what_is_right_at_one_input_is_not_said_of_another():
+    text = " ".join(str(failure("team-force", [("    return F\n", "        return F\n")])).split())
+    assert 'right is [1.992, 0.1498] at "two robots near"; it is off at "other constants" too, right elsewhere' in text

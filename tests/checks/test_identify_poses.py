@@ -20,7 +20,7 @@ UNLISTED = [
         "R, as it stands in S, for what is cut off, acts",
     ),
     (LEGGED, [(KEEP, KEEP.replace("repeat", "tile"))], "when something beyond the gate is in view"),
-    (LEGGED, [("noise.of_range(lm) * expected[0]", "noise.of_range(lm) * lm.p[0]")], "changes with what was measured"),
+    (LEGGED, [("noise.of_range(lm) * expected[0]", "noise.of_range(lm) * lm.p[0]")], "R belongs to the expected one"),
     (
         LEGGED,
         [("H.append(jacobian(x, known))", "H.append(jacobian(x, known) * [1, 1, 0])")],
@@ -31,8 +31,8 @@ UNLISTED = [
         [("noise.of_bearing(expected[0])])\n            S", "noise.bearing])\n            S")],
         "R, as it stands in S, acts as",
     ),
-    (PAPER, [("of_bearing(expected[0])])", "of_bearing(z[0])])")], "changes with what was measured"),
-    ("team-predict", [("turn @ u[0, :2]", "turn.T @ u[0, :2]")], "moves x by"),
+    (PAPER, [("of_bearing(expected[0])])", "of_bearing(z[0])])")], "R belongs to the expected one"),
+    ("team-predict", [("turn @ u[0, :2]", "turn.T @ u[0, :2]")], "is turned the wrong way"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu @ np.linalg.solve(np.diag(sigma**2), nu))")], "R in the place of S"),
     (PAPER, [(D2_TEAM, "self.d2.append(nu[1] ** 2 / S[1, 1])")], "only the bearing counts"),
     (PAPER, [("self.d2[-1] < self.gate", "self.d2[-1] > self.gate")], "it is the wrong way round"),
@@ -61,3 +61,8 @@ def test_a_heading_that_is_not_wrapped_is_told_beside_another_mistake():
     wrap = "                self.x[:, 2] = wrap(self.x[:, 2])\n"
     text = " ".join(str(failure(PAPER, [(wrap, ""), ("+ np.diag(sigma**2)", "+ 3 * np.diag(sigma**2)")])).split())
     assert "R, as it stands in S, acts as" in text and "Also: A heading is outside (-pi, pi] after update" in text
+
+
+def test_what_follows_from_the_first_reading_is_no_second_mistake():
+    text = " ".join(str(failure("team-reading", [("K @ S @ K.T", "K @ K.T")])).split())
+    assert "it is P - K S K'" in text and "Also" not in text and "stacked" not in text

@@ -99,15 +99,15 @@ class Exam:
             self._wrong[name] = {id: build(self._source, form, name) for id, form in forms}
         return self._wrong[name]
 
-    def same(self, function: Callable | Stand, calls: Sequence[Sequence], what: str = "other inputs") -> None:
-        """Fail unless `function` gives what the solution gives for each of `calls`, tuples of arguments.
+    def same(self, function: Callable | Stand, calls: Sequence, what: str = "other inputs", turns: Any = None) -> None:
+        """Fail unless `function` gives what the solution gives for each of `calls`, tuples of arguments (float arrays).
 
-        Arrays among the arguments are float arrays; results are numbers, arrays, texts or pairs of them.
+        Results are numbers, arrays, texts or pairs of them;  turns: where in one (m,) an angle is, the same a turn on.
         """
         name = function.__name__
         values = function.map(calls) if isinstance(function, Stand) else [function(*call) for call in calls]
         for number, (came, call) in enumerate(zip(values, calls), 1):
-            if min(apart(came, right(*call)) for right in self.right(name)) > 1:
+            if min(apart(came, right(*call), turns) for right in self.right(name)) > 1:
                 self.fail(f"`{name}` gives another result for {what} (call {number} of {len(calls)}).")
 
     def same_run(self, KF: type | Stand, record: Any, what: str = "on this run", **options: Any) -> History:

@@ -64,12 +64,14 @@ class _Trial(Exam):
     def __init__(self, exam):
         self.__dict__.update(exam.__dict__)
 
-    def same(self, function: Any, calls: Sequence[Sequence], what: str = "other inputs") -> None:
+    def same(
+        self, function: Any, calls: Sequence[Sequence], what: str = "other inputs", turns: int | None = None
+    ) -> None:
         due = [[right(*call) for right in self.right(function.__name__)] for call in copy.deepcopy(calls)]
 
         def fails(wrong):
             values = [wrong(*call) for call in copy.deepcopy(calls)]
-            return any(min(apart(came, one) for one in rights) > 1 for came, rights in zip(values, due))
+            return any(min(apart(came, one, turns) for one in rights) > 1 for came, rights in zip(values, due))
 
         function.try_out(fails)
 

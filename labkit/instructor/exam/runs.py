@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.compare import TOLERANCE, gap_of
 from ...checks.trace import OddResultError, as_value, run
-from ...geometry import Array
+from ...geometry import Array, wrap
 from ...history import History, make_filter, replay
 from ...log import Log
 from ...world import places, sensed
@@ -32,13 +32,16 @@ def replayed(KF: type, record: Any, options: dict[str, Any]) -> History:
         return replay(make_filter(KF, record, **options), record)
 
 
-def apart(came: Any, right: Any) -> float:
-    """How far a result is from the right one, in tolerances: inf where it is of another kind."""
+def apart(came: Any, right: Any, turns: int | None = None) -> float:
+    """How far a result is from the right one, in tolerances: inf where it is of another kind; turns: as `Exam.same`."""
     if isinstance(right, tuple):
         fits = isinstance(came, tuple | list) and len(came) == len(right)
         return max(map(apart, came, right)) if fits else np.inf
     try:
-        return gap_of(as_value(came, "the result"), as_value(right, "the result"))
+        came, right = as_value(came, "the result"), as_value(right, "the result")
+        if turns is not None and np.shape(came) == np.shape(right):
+            came[turns] = right[turns] + wrap(came[turns] - right[turns])
+        return gap_of(came, right)
     except OddResultError:
         return np.inf
 
