@@ -36,7 +36,7 @@ CASES = [
     ("legged-stack", "noise.of_range(lm) * expected[0]", "noise.of_range(lm) * expected[0]**2", "Row 1 (range), column 1"),
     ("legged-stack", "noise.bearing if lm", "noise.bearing**2 if lm", "Row 2 (bearing), column 2 (bearing)"),
     ("legged-membership", "np.clip((s - away) / (s - c), 0, 1)", "np.clip(h * (s - away) / (s - c), 0, 1)", "phi = "),
-    ("legged-membership", "b + (h - b) * np.clip((s - away) / (s - c), 0, 1)", "np.clip(b + (h - b) * (s - away) / (s - c), 0, 1)", "phi = "),
+    ("legged-membership", "b + (h - b) * np.clip((s - away) / (s - c), 0, 1)", "np.clip(b + (h - b) * (s - away) / (s - c), 0, 1)", "clip it to [0, 1] first"),
     ("legged-spread", "np.sqrt(P[2, 2]) >", "2 * np.sqrt(P[2, 2]) >", '"other limits, a narrow covariance"'),
     ("legged-lost", "np.asarray(d2) > bound", "np.asarray(d2[-1:]) > bound", "Only the last of d2 counts"),
     ("legged-fusion", "e - (sigma", "e - (2 * sigma", "distance = "),
