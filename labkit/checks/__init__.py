@@ -212,11 +212,11 @@ def _unsteady(data, before, after):
         if before.get(name) != after[name]:
             return (
                 f"`{name}` belongs to the class, so all filters share it and each spoils the next: "
-                f"set it in `__init__` with `self.{name} = ...`."
+                f"set it in `__init__` with `self.{name} = ...`, or make it anew where it is used."
             )
     who = data["kind"]
     place = "its own fields (`self. ...`)" if who == "filter" else "its arguments"
     return (
-        f"Your {who} gives another result each time, for the same inputs. Random numbers belong in the robot; "
-        f"all that a {who} may depend on is in {place}, not in a global variable."
+        f"Your {who} gives another result each time, for the same inputs: all that it may depend on is in {place}. "
+        "Does it draw random numbers, use a global variable, or keep something from one call to the next?"
     )

@@ -47,7 +47,8 @@ def _diagnosis(data, failed, traces, right):
     if found and found[0].part.isdigit():
         first = data["scenarios"][int(found[0].part)]
         trace, (_, expected) = traces[first["id"]], right[first["id"]]
-    if found and not trace.stop and (found[0].known or found[0].part != "stops"):
+    stopped = trace.stop and not (found and found[0].part == "empty" and _in_empty(first, trace))
+    if found and not stopped and (found[0].known or found[0].part != "stops"):
         mistake, others = found[0].known, [f.text for f in found[1:]]
         summary, lines = evidence(first, trace, expected, found[0].text)
     else:
@@ -59,7 +60,7 @@ def _diagnosis(data, failed, traces, right):
             if not found
             else [f.text for f in found if f.part != "stops"]
         )
-        others = [other for other in others if other != summary]
+        others = list(dict.fromkeys(other for other in others if other != summary))
     others = _with_stubs(others, [traces[s["id"]].stop for s in failed[1:]], summary)
     return summary, lines + [line for other in others[:2] for line in fold(f"Also: {other}")], mistake
 
@@ -71,6 +72,12 @@ def _left_out(data, failed, first, trace):
     if not (others and rests and _seen(first["calls"][0])) or any(gap_of(*pair) > 1 for pair in zip(*rests)):
         return ""
     return LEFT_OUT
+
+
+def _in_empty(scenario, trace):
+    """Whether an update with nothing in view is what ended early."""
+    call = scenario["calls"][trace.stop.call - 1] if trace.stop.call else ["__init__"]
+    return call[0] == "update" and not _seen(call)
 
 
 def _seen(call):

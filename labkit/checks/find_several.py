@@ -76,8 +76,11 @@ def _differs(single, id, r, before):
     if single.probed.probes[id]["first"] > 1 and before:
         return ""  # one reading after the other: it follows from what is wrong with the first
     if not close(a.gain, r.gain):
+        if before and close(a.after, r.after):
+            return ""  # P tells that H and R are stacked right; what is wrong with one may well be all
         text = f"the gain {acts(a.gain, r.gain)}"
-        return f"{text}: look at how H, R and the innovation are stacked." if single.stacks else f"{text}."
+        known = single.stacks and not before
+        return f"{text}: look at how H, R and the innovation are stacked." if known else f"{text}."
     return "" if before or close(a.after, r.after) else f"{single.probed.P} {acts(a.after, r.after)}."
 
 

@@ -222,7 +222,9 @@ def _unexpected(single, id, came, rights, wrong):
     at = f"of {single.name(id)}, from {single.probed.x} = {number_text(single.pairs[id][0].x)},"
     if len(wrong) == 2:
         how = trait(list(came.values()), list(rights.values()))
-        return Finding("h", f"The expected measurement {at} {acts(came[id], rights[id], how)}.", list(came.values()))
+        told = f"The expected measurement {at} {acts(came[id], rights[id], how)}"
+        told += "" if how else " (or what was seen is off by as much)"
+        return Finding("h", f"{told}.", list(came.values()))
     j, other = wrong[0], 1 - wrong[0]
     sure = all(abs(single.turned(came[i] - rights[i])[other]) < 5e-3 * max(abs(rights[i][other]), 0.1) for i in came)
     told = f" (the {single.probed.rows[other]} is right)" * sure

@@ -8,7 +8,7 @@ import numpy as np
 from .cells import alike, numbers, table
 from .compare import ANY
 from .identify import Told
-from .regions import regions
+from .regions import SHUFFLED, regions
 
 
 def told(
@@ -92,7 +92,7 @@ class _Search:
 
     def _named(self, region):
         """A region in the words of the known mistake that changes just that in the same way, or in its own."""
-        for say, values, changed in self.forms if region.trait else []:
+        for say, values, changed in self.forms if region.trait not in ("", SHUFFLED) else []:
             if set(np.flatnonzero(changed)) <= set(region.cells):
                 others = list(regions(self.table, values, self.table.right, changed))
                 if len(others) == 1 and others[0].trait == region.trait and len(others[0].cells) == len(region.cells):

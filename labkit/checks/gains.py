@@ -86,7 +86,7 @@ def _by_one_factor(single, form, H, parts, factors, share, cost):
         found, cost = [*found, missing(single, parts, 0.0)], cost + LIKELY
     if close(factors, np.ones(len(factors)), 1e-2):
         yield Reading(form, parts, found, cost, share=share)
-    elif abs(f) > 1e-6 and close(factors, np.full(len(factors), f), 1e-2):
+    elif abs(f) > 1e-6 and not _nearly(f) and close(factors, np.full(len(factors), f), 1e-2):
         alone = _moves_alone(single, parts, dict.fromkeys(parts, f))
         scale = f if alone else 1.0
         yield Reading(form, parts, [times(single, f, alone), *found], cost + LIKELY, scale, f / scale, share)
@@ -130,6 +130,8 @@ def _readings(single: Single, form: Form, H: dict[str, Array], cost: float) -> I
     share = float(np.sum(grown * known) / np.sum(known**2))
     if not close(grown, share * known, 2e-2 if np.abs(share) > 1e-3 else 5e-3):
         return
+    if _nearly(share):
+        return
     if abs(share) > 1e-3:
         yield from _plain(single, form, H, S, share, cost)
         yield from _scaled(single, form, H, S, share, cost)
@@ -139,6 +141,11 @@ def _readings(single: Single, form: Form, H: dict[str, Array], cost: float) -> I
             yield replace(one, found=sign + one.found, scale=-1.0)
     else:
         yield from _plain(single, form, H, S, 0.0, cost)
+
+
+def _nearly(f):
+    """Whether a factor is so near to 1, and not 1, that it may as well come from something that only looks like one."""
+    return close(f, 1, 5e-2) and not close(f, 1, 1e-2)
 
 
 def _plain(single, form, H, S, share, cost):

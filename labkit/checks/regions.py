@@ -10,6 +10,8 @@ from .findings import acts
 from .kinds import number_text
 from .traits import ANGLES, how, moved
 
+SHUFFLED = "the right numbers in another order"  # which order, it does not say
+
 
 @dataclass(frozen=True)
 class Region:
@@ -86,7 +88,7 @@ class _Parts:
             few = cells[(calls == call).all(axis=1)]
             if (np.abs(np.sort(self.came[few]) - np.sort(self.base[few])) > self.table.limits[few]).any():
                 return ""
-        return "the right numbers in another order"
+        return SHUFFLED
 
     def _in_order(self, cells, own):
         """Whether the cells are whole tables one after the other."""

@@ -45,7 +45,7 @@ def slips(methods: Sequence[Method], is_outside: Outside) -> Iterator[str]:
     """Sentences, what matters most first. is_outside: whether a cell gives this name a value that belongs in an
     argument or a field; it is told whether a field has that name.
     """
-    for look in (_matrix_class, _entry_by_entry, _gain_order, _dropped, _first_pass, _in_place):
+    for look in (_matrix_class, _entry_by_entry, _gain_order, _dropped, _first_pass, _kept_default, _in_place):
         for method in methods:
             yield from look(method)
     stored = [kept for method in methods if method.bound for kept in _kept(method)]
@@ -156,6 +156,21 @@ def _first_pass(method):
         ends = [node for node in loop.body if isinstance(node, ast.Return)]
         if ends and not any(isinstance(node, ast.Continue) for node in ast.walk(loop)):
             yield method.say(ends[0], "this `return` ends the loop in its first pass. Perhaps it is indented too far?")
+
+
+def _kept_default(method):
+    a = method.node.args
+    names = [one.arg for one in [*a.posonlyargs, *a.args][-len(a.defaults) :]] if a.defaults else []
+    for name, value in [
+        *zip(names, a.defaults),
+        *((one.arg, value) for one, value in zip(a.kwonlyargs, a.kw_defaults)),
+    ]:
+        if isinstance(value, ast.List | ast.Dict | ast.Set) and any(
+            getattr(getattr(node, "func", None), "value", None) and getattr(node.func.value, "id", "") == name
+            for node in method.all(ast.Call)
+        ):
+            text = f"`{_cut(name)}={_short(value)}` is made once, and all calls go on with the same one: "
+            yield method.say(value, text + "make it inside the function.")
 
 
 def _in_place(method):

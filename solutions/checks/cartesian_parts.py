@@ -98,6 +98,16 @@ STACK_MISTAKES = [
         [(RETURN, "return seen.reshape(-1, 2).T.ravel(), expected.reshape(-1, 2).T.ravel()")],
     ),
     Mistake(
+        "both-in-map-order",
+        "Both results stand in the order of the map: keep the order of y.",
+        [("seen = np", "y = [lm for k in m for lm in y if lm == k]\n    seen = np")],
+    ),
+    Mistake(
+        "first-left-out",
+        "The first landmark of y is left out: positions count from 0.",
+        [("seen = np", "y = y[1:]\n    seen = np")],
+    ),
+    Mistake(
         "one-only",
         "Only one landmark of y comes back: does the `return` stand inside the loop, or is "
         "something overwritten there?",

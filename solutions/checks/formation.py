@@ -15,7 +15,7 @@ POINT = "d * np.array([np.cos(alpha), np.sin(alpha)]) / np.exp(-(sigma**2) / 2)"
 CONVERTED_MISTAKES = [
     Mistake(
         "raw",
-        "Nothing is debiased: divide by exp(-sigma^2 / 2).",
+        "No bias is taken out, or hardly any: divide by exp(-sigma^2 / 2), with sigma in radians, as it comes.",
         [(POINT, "d * np.array([np.cos(alpha), np.sin(alpha)])")],
     ),
     Mistake(

@@ -166,13 +166,15 @@ def _sizes(blocks, S, H, H_one, H_beside):
         ),
         Mistake(
             "nothing-grows",
-            "H and R are still those of one landmark, but the innovation holds all: with p "
-            "landmarks in view it has 2p entries, H 2p rows, and R is repeated for each.",
+            "Two sizes do not fit when several landmarks are in view: with p of them the innovation has 2p entries, "
+            "H 2p rows, and R is repeated for each. Perhaps H and R are still those of one landmark, or H stands "
+            "where its transpose belongs?",
             [(H, H_one), (blocks, "self.R")],
         ),
         Mistake(
             "h-beside",
-            "The blocks of H stand side by side, (2, 2p): they must stand below one another, (2p, 2).",
+            "Two sizes do not fit when several landmarks are in view. Perhaps the blocks of H stand side by side, "
+            "(2, 2p)? They must stand below one another, (2p, 2).",
             [(H, H_beside)],
         ),
         Mistake(

@@ -1,0 +1,97 @@
+"""What was once said and was false, of mistakes that look like others: it is not said any more."""
+
+import pytest
+from checks.test_checks import failure
+
+STACK, KF = "cartesian-stack", "cartesian-kf"
+SEEN, CALL = "seen = np.concatenate([lm.p for lm in y])", "stack(y, self.map, self.xk_k)"
+DEF, K = "def stack(y, m, x):", "K = np.linalg.solve(S, H @ self.Pk_k).T"
+X, P = "self.xk_k = self.xk_k + K @ innovation", "self.Pk_k = self.Pk_k - K @ S @ K.T"
+GUARD = "        if not y:\n            return\n"
+
+CASES = {
+    "the order of the map in both": (
+        STACK,
+        [(SEEN, "y = sorted(y, key=m.index)\n    " + SEEN)],
+        "Both results stand in the order of the map",
+        ["all x first", "in the order of y, what is"],
+    ),
+    "another order, which nobody listed": (
+        STACK,
+        [(SEEN, "y = sorted(y, key=lambda lm: lm.p[0])\n    " + SEEN)],
+        "(the right numbers in another order)",
+        ["all x first", "in the order of the map"],
+    ),
+    "without the first": (
+        STACK,
+        [(SEEN, "y = y[1:]\n    " + SEEN)],
+        "The first landmark of y is left out",
+        ["sees no landmark", "inside the loop"],
+    ),
+    "a list that is kept": (
+        STACK,
+        [
+            (DEF, "def stack(y, m, x, kept=[]):"),
+            (SEEN, "kept.extend(lm.p for lm in y)\n    seen = np.concatenate(kept)"),
+        ],
+        "`kept=[]` is made once, and all calls go on with the same one",
+        ["Random numbers belong"],
+    ),
+    "H where H' belongs": (
+        KF,
+        [("H @ self.Pk_k @ H.T +", "H @ self.Pk_k @ H +")],
+        "or H stands where its transpose belongs?",
+        ["H and R are still those of one landmark, but"],
+    ),
+    "arguments of stack exchanged": (
+        KF,
+        [(CALL, "stack(y, self.xk_k, self.map)")],
+        "two arguments that are exchanged",
+        [],
+    ),
+    "arguments of repeat_R exchanged": (
+        KF,
+        [("repeat_R(self.R, p)", "repeat_R(p, self.R)")],
+        "Perhaps two arguments are exchanged in a call?",
+        [],
+    ),
+    "Q once more": (
+        KF,
+        [("p = len(y)", "p = len(y)\n        self.Pk_k = self.Pk_k + self.Q")],
+        "the gain acts as [[",
+        ["times what it should be", "are stacked"],
+    ),
+    "P before the gain": (
+        KF,
+        [(f"{X}\n        {P}", f"{P}\n        {K}\n        {X}")],
+        "Pk_k comes out right",
+        ["are stacked"],
+    ),
+    "no K' and no guard": (
+        KF,
+        [(GUARD, ""), (P, P.replace(" @ K.T", ""))],
+        "with nothing in view, `update` stops",
+        ["Perhaps"],
+    ),
+    "what was seen moved": (
+        KF,
+        [("innovation = seen", "innovation = seen + np.tile(self.xk_k, p)")],
+        "what was seen is off",
+        [],
+    ),
+    "degrees": (
+        "team-converted",
+        [("np.exp(-(sigma**2) / 2)", "np.exp(-(np.deg2rad(sigma) ** 2) / 2)")],
+        "in radians",
+        ["Nothing is debiased"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name, form, says, never", CASES.values(), ids=CASES)
+def test_what_is_said_is_so(name, form, says, never):
+    text = " ".join(str(failure(name, form)).split())
+    assert says in text
+    assert [words for words in never if words in text] == []
+    also = [line for line in str(failure(name, form)).splitlines() if line.startswith("Also:")]
+    assert len(also) == len(set(also))
