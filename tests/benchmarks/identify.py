@@ -24,7 +24,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from benchmarks.roles import is_named, role  # noqa: E402
+from benchmarks.roles import function, is_named, role  # noqa: E402
 
 from labkit import Robot, make_filter, random_map, replay, simulate  # noqa: E402
 from labkit.checks import CheckError, judge, observe, stored  # noqa: E402
@@ -342,10 +342,14 @@ WORLDS = {"cartesian": _landmarks, "range": _landmarks, "legged": _field, "team"
 
 def mutated(check, source, show):
     """(mutants, refused, accepted that differ, named, with their words, {quantity: [refused, named]})."""
-    right, plain = build(source, (), check.subject), ast.unparse(ast.parse(source))
+    right = build(source, (), check.subject)
     total = refused = accepted = named = 0
     strict: dict[str, list[int]] = {}
-    say = {" ".join(m.say.split()): _roles(source, plain, m.forms) for m in check.mistakes}
+    told = about(check, source)
+    say = {
+        " ".join(m.say.split()): (_roles(source, m.forms), set().union(*(told[m.id, k] for k in range(len(m.forms)))))
+        for m in check.mistakes
+    }
     for what, text in mutants(source, check.subject):
         try:
             subject = build(text, (), check.subject)
@@ -362,8 +366,9 @@ def mutated(check, source, show):
         what_line = int(re.match(r"line (\d+)", what)[1])
         quantity = role(source, what_line)
         parts = {f.part for f in wrong_parts(check, subject) if _in(f.text, sentence)}
-        known = set().union(*(roles for words, roles in say.items() if words in sentence))
-        right_one = is_named(quantity, sentence, parts, known, text)
+        parts |= set().union(*(shown for words, (_, shown) in say.items() if words in sentence))
+        known = set().union(*(roles for words, (roles, _) in say.items() if words in sentence))
+        right_one = is_named(quantity, function(source, what_line), sentence, parts, known, text)
         counts = strict.setdefault(quantity, [0, 0])
         counts[:] = counts[0] + 1, counts[1] + right_one
         if show and not right_one:
@@ -377,10 +382,10 @@ def mutated(check, source, show):
     return total, refused, accepted, named, strict
 
 
-def _roles(source, plain, forms):
+def _roles(source, forms):
     """The quantities of the lines that the forms of a known mistake change."""
     found = set()
-    for form in forms if not any(isinstance(form, str) for form in forms) else ():
+    for form in (form for form in forms if not isinstance(form, str)):
         for old, _ in form:
             start = source.count("\n", 0, source.index(old)) + 1
             found |= {role(source, start + n) for n, text in enumerate(old.split("\n")) if text.strip()}

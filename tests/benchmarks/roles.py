@@ -51,7 +51,7 @@ def role(source: str, line: int) -> str:
     nodes = [n for n in ast.walk(function) if isinstance(n, ast.stmt) and n.lineno <= line <= n.end_lineno]
     statement = nodes[-1]
     sets = _set_by(statement)
-    if "wrap(" in ast.unparse(statement) and not isinstance(statement, ast.If | ast.For):
+    if re.match(r"\S+ = wrap\(", ast.unparse(statement)):
         return "wrap"
     if function.name == "__init__":
         return {"Q": "Q", "R": "R", "gate": "gate"}.get(sets, "start")
@@ -59,6 +59,8 @@ def role(source: str, line: int) -> str:
         return "motion" if sets in ("xk_k", "x", "theta", "turn", "dx", "cos") else "Q"
     if isinstance(statement, ast.If | ast.Return) and function.name == "update":
         return "empty" if re.search(r"not y|len\(y\)", ast.unparse(statement)[:30]) else "gate"
+    if isinstance(statement, ast.For):
+        return "gate" if "range(" in ast.unparse(statement.iter) else "h"
     for quantity, names in PLACES.items():
         if sets in names and function.name in ("update", "stack"):
             return quantity
@@ -75,15 +77,18 @@ def _set_by(statement):
     return getattr(target, "attr", getattr(target, "id", ""))
 
 
-def is_named(quantity: str, text: str, parts: set[str], roles: set[str], source: str) -> bool:
-    """Whether a report names a quantity.
+def function(source: str, line: int) -> str:
+    """The name of the function, outside a class, in which a line (by its number) of a source stands, or ''."""
+    nodes = [n for n in ast.parse(source).body if isinstance(n, ast.FunctionDef)]
+    return next((n.name for n in nodes if n.lineno <= line <= n.end_lineno), "")
 
-    parts: of what probing found, as far as it is said;  roles: of the known mistakes whose sentences are said.
+
+def is_named(quantity: str, where: str, text: str, parts: set[str], roles: set[str], source: str) -> bool:
+    """Whether a report names a quantity, or says that the function in which it stands is to be mended first.
+
+    where: that function's name, or '';  parts: of what probing found, as far as it is said;
+    roles: of the known mistakes whose sentences are said;  source: what the numbers of lines in the text belong to.
     """
     lines = {role(source, int(number)) for number in re.findall(r"line (\d+):", text)}
-    sent = {OF_FUNCTIONS.get(name, "") for name in re.findall(r"`(\w+)`", _sends(text))}
-    return bool(NAMES.get(quantity, {quantity}) & parts) or quantity in roles | lines | sent
-
-
-def _sends(text):
-    return text.partition("First mend ")[2].partition(":")[0]
+    sent = re.findall(r"`(\w+)`", text.partition("First mend ")[2].partition(":")[0])
+    return bool(NAMES.get(quantity, {quantity}) & parts) or quantity in roles | lines or where in sent
