@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .causes import first_to_mend, used
-from .compare import gap, nearest
+from .compare import gap, likeliest, nearest
 from .diagnosis import diagnosis
 from .feedback import STOPPED, LabError, own_line, safely
 from .hints import fold
@@ -132,7 +132,7 @@ def wrong(data: Data, traces: Mapping[str, Trace]) -> list[Scenario]:
 def decide(data: Data, traces: Mapping[str, Trace]) -> tuple[list[Scenario], list[Scenario]]:
     """Compare traces with the right ones in `data`: as `judge`."""
     name = data["name"]
-    right = {s["id"]: nearest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
+    right = {s["id"]: likeliest(traces[s["id"]], s["right"]) for s in data["scenarios"]}
     must = [s for s in data["scenarios"] if "advice" not in s]
     if failed := wrong(data, traces):
         passed = f"{len(must) - len(failed)} of {len(must)} checks passed."

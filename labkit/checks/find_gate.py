@@ -190,11 +190,13 @@ def _gate(single):
     kept = all(len(a.fields["d2"]) == 1 for a, _ in asked.values())
     if kept:
         ways.append(np.array([a.fields["d2"][0] for a, _ in asked.values()]) < limits)
-    value = [came.astype(float)]
+    lie = single.probed.mine.get("lie")
+    anything = lie is None or _passes(lie)  # what is far beyond any gate
+    value = [np.array([*came, anything], dtype=float)]
     if any((came == way).all() for way in ways):
         return _beside(single)
     d2 = np.array([form["d2"] if form else right[id] for id, form in forms.items()])
-    told = _compared(came, ways[-1], d2, limits, list(forms.values()))
+    told = "" if came.all() and not anything else _compared(came, ways[-1], d2, limits, list(forms.values()))
     k = int(np.flatnonzero(came != (d2 < limits))[0]) if (came != (d2 < limits)).any() else 0
     thing = "a landmark" if single.probed.probes[list(asked)[k]].get("first", 1) == 1 else "a reading"
     what = "is let pass" if came[k] else "is left out"
@@ -237,10 +239,11 @@ def _beside(single):
     came = [_passes(first), _passes(last)]
     if all(close(a.moved, alone.moved, 2e-2) for a in (first, last)):
         return []
-    how = "moves the estimate otherwise than it does alone"
+    how = "moves the estimate otherwise than alone"
     if not any(came):
         how = "has no effect"
     elif not came[0]:
-        how = "has no effect if it comes after that one, where before it it has"
-    text = f"The gate: what is honest {how} when something beyond the gate is in view: decide for each by itself."
+        how = "has an effect only if it comes first"
+    text = f"The gate: when something beyond the gate is in view, what is honest {how}: decide for each by itself, and "
+    text += "keep or leave out all that belongs to it."
     return [Finding("gate", text, [np.array([float(c) for c in came])])]

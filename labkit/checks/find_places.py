@@ -51,7 +51,8 @@ def again(single: Single) -> list[Finding]:
             f"Such an iterated filter is sound, but here they are taken once, at {x} as it comes."
         )
         return [Finding("iterated", text, [a.gain for a, _ in pairs[2:]])]
-    if all(right) and spread == [True, True, True, False]:
+    elsewhere = all(close(a.after, r.after, 2e-2) for a, r in single.tight.values())
+    if all(right) and elsewhere and spread == [True, True, True, False]:
         text = (
             f"{P} depends on where {x} moves to: it must follow from the H and S of the gain, before {x} is corrected."
         )

@@ -43,7 +43,8 @@ class _Search:
     def told(self):
         base, said = self.table.right, []
         wrong = left = self.table.wrong(self.mine, base)
-        while left.any():
+        nothing = (np.abs(self.mine) <= self.table.limits).all()  # which looks like any mistake that makes 0 of a part
+        while left.any() and not nothing:
             fits = [(self._fit(form[2], form[1], wrong, left), form) for form in self.forms]
             fit, (say, values, changed) = max(fits, key=lambda one: one[0], default=((0, 0), ("", base, left)))
             if fit <= (0, 0):

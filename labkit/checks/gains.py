@@ -43,7 +43,7 @@ def explained(single: Single, h_is_wrong: bool) -> list[Finding]:
     best = min(readings, key=lambda reading: reading.cost + LIKELY * (not _has_its_P(single, reading)))
     single.parts, single.form = best.parts, best.form
     single.scale, single.whole, single.share = best.scale, best.whole, best.share
-    if not any(finding.part in ("H", "landmark") for finding in best.found) and not h_is_wrong:
+    if not any(finding.part in ("H", "landmark") for finding in best.found) and not (h_is_wrong or single.taken):
         single.probed.fine.append("H")
     return best.found
 

@@ -104,8 +104,8 @@ def _is(came, way):
 def _flaw(P):
     """What no covariance is, in words."""
     if (np.diag(P) < 0).any():
-        return ", which has negative variances"
-    return "" if close(P, P.T) else ", which is not symmetric, as a covariance is (is a transpose missing?)"
+        return "; what came has negative variances"
+    return "" if close(P, P.T) else "; what came is not symmetric, as a covariance is (is a transpose missing?)"
 
 
 def _right(P, K, part, right):
@@ -119,7 +119,10 @@ _WORDS = {
     "replaced": "Pk_k is replaced by K S K': that is what the measurement takes away from P.",
     "no P": "P is missing in the new covariance: it is (I - K H) P, not I - K H.",
     "K H": "K H is not a covariance: what the measurement takes away from P is K H P (or K S K').",
-    "R for S": "Pk_k is updated with K R K': it is P - K S K', with S = H P H' + R.",
+    "R for S": "Pk_k comes out as P - K R K', as if R and S had changed places: it is P - K S K', or in Joseph's form "
+    "(I - K H) P (I - K H)' + K R K'.",
+    "mixed": "Pk_k comes out as (I - K H) P + K R K', or P - K H P H' K': it is (I - K H) P (I - K H)' + K R K', "
+    "or P - K S K'.",
     "no S": "S is missing in the new covariance: it is P - K S K'.",
     "half": "The second half of the Joseph form is missing: (I - K H) P (I - K H)' + K R K'.",
     "no H": "Pk_k is computed as (I - K) P: H is missing, it is (I - K H) P.",
@@ -138,6 +141,7 @@ def _wrong(P: Array, K: Array, part: Part) -> Mapping[str, Array]:
         "no P": A,
         "K H": P - K @ H,
         "R for S": P - K @ R @ K.T,
+        "mixed": A @ P + K @ R @ K.T,
         "no S": P - K @ K.T,
         "half": A @ P @ A.T,
         "no H": (one - K) @ P if square else np.zeros(0),

@@ -166,7 +166,7 @@ MISTAKES = [
     ),
     Mistake(
         "gate-of-root",
-        "The gate compares the square root of d2 with self.gate: it is meant for d2 itself.",
+        "The gate compares the square root of d2 with self.gate, or d2 with its square: it is meant for d2 itself.",
         [(KEEP, KEEP.replace("np.array(self.d2)", "np.sqrt(self.d2)"))],
     ),
     Mistake(

@@ -284,6 +284,7 @@ Y = [
     ["pink-blue", 2.9, 0.93, False],
     ["blue goal", 2.2, 0.1, False],
     ["yellow goal", 3.3, 3.12, True],
+    ["blue goal", 6.1, 0.1, True],
 ]
 
 
@@ -306,6 +307,7 @@ STACK = [
     stack_case("goal", "a goal, wholly in view", [1]),
     stack_case("many", "four landmarks, in another order than on the map", [2, 0, 3, 1]),
     stack_case("edge", "a bearing across 180 degrees", [4], (0.4, 0.3, 0.05)),
+    stack_case("far", "a range that is more than 3.2 m off", [5]),
 ]
 RANGE = "sigmas.append(noise.of_range(lm) * expected[0] + noise.range_floor)"
 BEARING = "sigmas.append(noise.bearing if lm.complete else noise.bearing_partial)"
@@ -317,6 +319,11 @@ STACK_MISTAKES = [
         "innovation-not-wrapped",
         "The bearing innovation is not wrapped: bring it into (-pi, pi].",
         [(NU, "nu.append(off)")],
+    ),
+    Mistake(
+        "metres-wrapped",
+        "The whole innovation is wrapped, metres included: only the bearing is an angle.",
+        [(NU, "nu.append(wrap(off))")],
     ),
     Mistake(
         "innovation-sign",
@@ -448,7 +455,7 @@ JAC, MOVED = "A, W = motion_jacobians(x, u)", "return motion(x, u), A @ P @ A.T 
 PREDICTED_MISTAKES = [
     Mistake(
         "moved-first",
-        "The Jacobians are taken at the pose *after* the step: compute A and W before you move.",
+        "The Jacobians are those of the pose *after* the step: compute A and W before you move.",
         [(JAC, "A, W = motion_jacobians(motion(x, u), u)")],
     ),
     Mistake(
@@ -458,13 +465,22 @@ PREDICTED_MISTAKES = [
     ),
     Mistake("w-one-side", "W stands on one side only: W Q W'.", [(MOVED, MOVED.replace("W @ Q @ W.T", "W @ Q"))]),
     Mistake(
+        "w-transposed",
+        "This is W' Q W (or W is transposed): it is W Q W'.",
+        [(MOVED, MOVED.replace("W @ Q @ W.T", "W.T @ Q @ W"))],
+    ),
+    Mistake(
         "p-without-a",
         "P is not carried along by A (or A is the identity): A P A' + W Q W'. An error of the heading becomes one of the position when "
         "the robot walks.",
         [(MOVED, MOVED.replace("A @ P @ A.T", "P"))],
     ),
     Mistake("a-one-side", "A stands on one side only: A P A'.", [(MOVED, MOVED.replace("A @ P @ A.T", "A @ P"))]),
-    Mistake("a-transposed", "A' P A instead of A P A'.", [(MOVED, MOVED.replace("A @ P @ A.T", "A.T @ P @ A"))]),
+    Mistake(
+        "a-transposed",
+        "This is A' P A (or A is transposed): it is A P A'.",
+        [(MOVED, MOVED.replace("A @ P @ A.T", "A.T @ P @ A"))],
+    ),
     Mistake(
         "q-forgotten",
         "Q is missing in predict: without it the filter becomes surer than it can be.",
