@@ -187,16 +187,17 @@ def _gate(single):
     ways = [np.array(list(right.values())) < limits]
     if all(forms.values()):
         ways.append(np.array([form["d2"] for form in forms.values()]) < limits)
-    kept = all(len(a.fields["d2"]) == 1 for a, _ in asked.values())
-    if kept:
+    if kept := all(len(a.fields["d2"]) == 1 for a, _ in asked.values()):
         ways.append(np.array([a.fields["d2"][0] for a, _ in asked.values()]) < limits)
-    lie = single.probed.mine.get("lie")
-    anything = lie is None or _passes(lie)  # what is far beyond any gate
-    value = [np.array([*came, anything], dtype=float)]
+    alone = single.probed.mine.get(KNOWN)  # of a sighting that is let pass as a whole, P after is the same
+    whole = not (single.covariances and alone and _passes(alone)) or all(
+        close(a.after, alone.after, 2e-2) for a, _ in asked.values() if _passes(a)
+    )
+    value = [np.array([*came, whole], dtype=float)]
     if any((came == way).all() for way in ways):
         return _beside(single)
     d2 = np.array([form["d2"] if form else right[id] for id, form in forms.items()])
-    told = "" if came.all() and not anything else _compared(came, ways[-1], d2, limits, list(forms.values()))
+    told = _compared(came, ways[-1], d2, limits, list(forms.values())) if whole else ", but not both of its numbers"
     k = int(np.flatnonzero(came != (d2 < limits))[0]) if (came != (d2 < limits)).any() else 0
     thing = "a landmark" if single.probed.probes[list(asked)[k]].get("first", 1) == 1 else "a reading"
     what = "is let pass" if came[k] else "is left out"

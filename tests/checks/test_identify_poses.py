@@ -19,6 +19,13 @@ UNLISTED = [
         [("else noise.bearing_partial)", "else 2 * noise.bearing)")],
         "R, as it stands in S, for what is cut off, acts",
     ),
+    (LEGGED, [(KEEP, "keep = nu**2 / np.diag(S) < self.gate")], "is let pass, but not both of its numbers"),
+    (LEGGED, [("K @ R @ K.T", "K @ S @ K.T")], "comes out as P - K R K', as if R and S had changed places"),
+    (
+        LEGGED,
+        [("I_KH @ self.Pk_k @ I_KH.T", "I_KH @ self.Pk_k")],
+        "comes out as (I - K H) P + K R K', or P - K H P H' K'",
+    ),
     (LEGGED, [(KEEP, KEEP.replace("repeat", "tile"))], "when something beyond the gate is in view"),
     (LEGGED, [("noise.of_range(lm) * expected[0]", "noise.of_range(lm) * lm.p[0]")], "R belongs to the expected one"),
     (
@@ -49,6 +56,17 @@ def test_what_nobody_listed_is_found(name, form, says):
 def test_d2_that_is_that_of_a_wrong_S_is_no_second_mistake():
     text = str(failure(LEGGED, [("np.diag(np.square(sigmas))", "7 * np.diag(np.square(sigmas))")]))
     assert "R, as it stands in S, acts as" in text and "`self.d2`" not in text and "gate" not in text
+
+
+def test_the_numbers_shown_are_those_that_the_text_asks_for():
+    block = ("np.linalg.solve(S[block, block], nu[block])", "np.linalg.inv(S)[block, block] @ nu[block]")
+    text = str(failure(LEGGED, [block]))
+    assert "xk_k" not in text.split("  expected")[1] and "times the expected" not in text
+
+
+def test_a_landmark_that_is_taken_for_another_leaves_h_untold():
+    text = str(failure(LEGGED, [("known = m[m.index(lm)]", "known = m[len(nu)]")]))
+    assert "that of landmark" in text and "H are right" not in text
 
 
 def test_a_gate_and_what_comes_after_it_are_told_both():
