@@ -240,7 +240,9 @@ check("legged-stack", stack)
 # **Predict** (eqs 6, 7): the pose moves, and $P \leftarrow A P A^\top + W Q W^\top$. The paper's $Q$ (eq. 8) is $0.1\,|u|$ on the diagonal. That mixes up variances with standard deviations, it is zero
 # when the robot stands, and a robot that walks straight ahead never slips aside. Let us say instead that each component has the standard deviation
 #
-# $$ \sigma_i = \texttt{noise.odometry}\cdot|u_i| + \text{floor}_i, \qquad \text{floor} = (\texttt{noise.slip}, \texttt{noise.slip}, \texttt{noise.spin}), \qquad Q = \operatorname{diag}(\sigma_1^2, \sigma_2^2, \sigma_3^2) . $$
+# $$ \sigma_i = \texttt{noise.odometry}\cdot|u_i| + \text{floor}_i, \qquad Q = \operatorname{diag}(\sigma_1^2, \sigma_2^2, \sigma_3^2), $$
+#
+# where the floor is `noise.slip` for the two lengths and `noise.spin` for the turn.
 #
 # ### Exercise 4 · `predicted(x, P, u, noise)`
 # Return the pose (3,) and the covariance (3, 3) after one step. *Example:* with `P` all zeros, a robot that faces along x and stands (`u` all zeros) has the covariance diag(`slip`², `slip`², `spin`²) after the step.
@@ -485,7 +487,7 @@ reveal("kidnapped", guess)
 # The gate that kept false alarms out now keeps nearly *everything* out, and the filter is content. Look at its equations: no innovation $\nu$ stands in those of $P$. What is measured reaches $P$ only by side roads:
 # $|u|$ is in $Q$, the gate chooses rows, and the Jacobians are taken where the estimate is. None of them says "you are wrong".
 #
-# Would it be better without a gate? We tried thirty such walks. 15 s after the kidnapping half of the filters with a gate were still more than 2 m off; without one half were within 40 cm, though one in four was still off by more than a metre. But then every false alarm drags the filter too, as you saw in section 5.
+# Would it be better without a gate? We tried thirty such walks. 15 s after the kidnapping half of the filters with a gate were still more than 3 m off; without one half were within 40 cm, though one in four was still off by more than a metre. But then every false alarm drags the filter too, as you saw in section 5.
 #
 # ## Summary
 #

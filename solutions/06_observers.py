@@ -329,7 +329,7 @@ reveal("tips", guess)
 # %% [markdown]
 # The difference is less in the centre, though not gone, and the first arm is an exception: at its tip odometry's heading is still good, the turn there spoils it, and the way back runs with another error than the way out. From arm to arm the difference at the tip grows, for odometry's heading gets worse with each turn on the spot.
 #
-# In the mean the filter is far better. (Odometry is ahead only at the very end, when it comes back once more. And the observers in the picture stand beside their true places: the whole frame has turned a little, which is the story of section 6.) But does the filter know how good it is? The NEES of lab 2, divided by the number of dimensions, should be about 1.
+# In the mean the filter is far better. (Odometry is clearly ahead only at the very end, when it comes back once more. And the observers in the picture stand beside their true places: the whole frame has turned a little, which is the story of section 6.) But does the filter know how good it is? The NEES of lab 2, divided by the number of dimensions, should be about 1.
 
 # %%
 history = replay(started(PaperEKF, log, 5), log)
@@ -410,7 +410,7 @@ reveal("set-off", guess)
 #
 # ## 5. Four observers, false readings
 #
-# Figure 4: four observers, a rectangle, three laps; in one quadrant of the hall three of ten readings are false. The paper compares its estimate with that of a robot that builds a map while it drives (SLAM). Here the map is a gift: there are posts in the corners of the hall, and where they stand is known. Your filter can do that too: a post is a
+# Figure 4: four observers, a rectangle, three laps; while robot 0 is in one quadrant of the hall, three of ten readings are false. The paper compares its estimate with that of a robot that builds a map while it drives (SLAM). Here the map is a gift: there are posts in the corners of the hall, and where they stand is known. Your filter can do that too: a post is a
 # member of the team that never moves and is known to the micrometre.
 #
 # **Before you run the next cell:** what if nothing is ever left out, false or not? (a) A little worse: among thousands of readings the false ones average out. (b) Ten times worse or more: a few wild readings, believed, tear the team apart. (c) Better: the gate throws away good readings too.
@@ -437,7 +437,9 @@ fig, axes = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 draw_paths(axes[0], team.truth[:, :1], title="figure 4 a", odometry=dead_reckoned(team))
 draw_paths(axes[1], reference, poses["gate 13.8"], "figure 4 b", true="with a map")
 draw_posts(axes[1])
-axes[2].fill([-4, 0, 0, -4], [-3, -3, 0, 0], color="0.9", label="in here 3 of 10 are false")
+axes[2].fill(
+    [-4, 0, 0, -4], [-3, -3, 0, 0], color="0.9", label="robot 0 in here: 3 of 10 are false"
+)
 draw_readings(axes[2], team, team.truth, "figure 4 c: what was reported")
 for ax in axes:
     ax.set(xlim=(-9.5, 9.5), ylim=(-8, 11))
@@ -445,7 +447,7 @@ for ax in axes:
 plt.show()
 
 # %% [markdown]
-# The gate leaves out what is false and keeps the rest. And a map would add little for the team: robots that watch each other do nearly as well as posts in the corners, so that in figure 4 b one line lies on the other. (What a map does add is the place in the *hall*, for as long as the run may be.)
+# The gate leaves out what is false and keeps the rest. And a map would add little for the team: in their own frame (aligned), robots that watch each other do about as well as posts in the corners, so that in figure 4 b one line lies on the other. (What a map does add is the place in the *hall*: compare the two gauge errors.)
 #
 # The paper explains two bumps in its figure 4 b by wrong starts: the place of one observer was wrong at first and was corrected later; and where several observers had the *same* wrong start, nothing was corrected: the path moved instead. Here only robots nearer than 6.5 m are seen, the filter is told that the starts are good to 5 cm, and some of them are 40 cm off.
 #

@@ -161,7 +161,7 @@ print(f"between: {100 * one.rms:.1f} cm; never nearer than {one.least:.2f} m to 
 # %% [markdown]
 # The loops at the corners are no mistake: when the leader turns to the right, the slot on the right swings backwards, and a robot on wheels has to turn round to follow it; the other slot swings wide. (The filter is told ten times the white noise here: all robots drive all the time, and what is systematic in their odometry adds up.)
 #
-# In the paper's figure 7 a the leader first moves to the left, although its goal lies the other way. Perhaps the others push it: the last two lines below tell what `force` makes of a leader with two robots in front of it. (In our runs a slot farther away than 30 cm pulls no harder than one at 30 cm; here the goal does neither.)
+# In the paper's figure 7 a the leader first moves to the left, although its goal lies the other way. Perhaps the others push it: the last two lines below tell what `force` makes of a leader with two robots in front of it. (In our runs a slot farther away than 30 cm pulls no harder than one at 30 cm; so the goal of the last lines is 30 cm away.)
 #
 # **Before you run the next cell:** each follower starts on the other's side, so that they have to cross. What does the push change? (a) Nothing: they miss each other anyway. (b) It keeps them farther apart, and costs time. (c) It keeps them farther apart, and saves time. (Robots that come nearer than half a metre would touch; the simulation lets them pass.)
 
@@ -191,7 +191,7 @@ play(drive(1))
 
 # %% [markdown]
 # ### Question C
-# The formation holds to a few centimetres, although the 3σ ellipses say at the end that each robot may be off by half a metre in the common frame. Why does that not matter here? And what would happen with odometry alone? (Try it: `kf.update = lambda seen: None`, before the last line of `drive`, leaves the filter nothing else.)
+# The formation holds to a few centimetres, although the 3σ ellipses say at the end that each robot may be off by half a metre in the common frame. Why does that not matter here? And what would happen with odometry alone? (Try it: `kf.update = lambda seen: None`, before the last line of `drive`, leaves the filter nothing else. A time that is `nan` says: that never happened.)
 
 # %% [markdown] id="answer-formation" tags=["answer"] points=2 title="Question C: the formation"
 # ### BEGIN SOLUTION

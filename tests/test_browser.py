@@ -2,9 +2,11 @@
 
 import os
 
+import nbformat
 import pytest
 
 from helpers.browser import LAB1, LAB3, NoBrowserError, Page, answers, cells, chromium, jupyterlab, put, put_filled
+from helpers.reference import LABS, ROOT
 
 pytestmark = pytest.mark.browser
 
@@ -143,6 +145,28 @@ def test_an_unfilled_lab_shows_the_sentence_in_place_of_the_picture(browser, ser
         assert "still to be written" in alert.inner_text()
         assert alert.evaluate(CONTRAST) > READABLE
         assert page.output(explore).locator("img:visible").count() == 0
+
+
+def test_no_text_of_any_lab_is_wider_than_its_place(browser, server):
+    """Formulas above all: what is too long is cut off, behind a scroll bar that nobody looks for."""
+    book = nbformat.v4.new_notebook()
+    for lab in LABS:
+        texts = (cell for cell in nbformat.read(ROOT / f"notebooks/{lab}.ipynb", 4).cells if cell.cell_type != "code")
+        book.cells += [nbformat.v4.new_markdown_cell(f"{cell.source}\n\n({lab}, {cell.id})") for cell in texts]
+    path = server.root / "all texts.ipynb"
+    nbformat.write(book, path)
+    page = browser.new_page(viewport={"width": 1280, "height": 1000})
+    page.goto(f"{server.url}/lab/tree/all%20texts.ipynb?token=lab&reset")
+    last = page.locator(".jp-Notebook .jp-Cell").nth(len(book.cells) - 1)
+    last.wait_for(state="attached")
+    last.scroll_into_view_if_needed()
+    last.locator(".jp-RenderedMarkdown").get_by_text(LABS[-1]).wait_for()
+    page.wait_for_function(
+        "() => !document.querySelector('.MathJax_Preview') && document.querySelector('mjx-container')"
+    )
+    assert page.locator("mjx-merror").count() == 0
+    assert page.evaluate(CRAMPED) == []
+    page.close()
 
 
 def test_the_settings_reach_jupyterlab(server):
