@@ -15,6 +15,7 @@ from . import kinds
 from .feedback import own_line, sentence
 
 Scenario: TypeAlias = dict[str, Any]  # as stored: an id, a title, calls, what to look at, and the right traces
+MOST_AXES = 8  # of a result: what has more has grown by mistake
 
 
 @dataclass
@@ -44,7 +45,7 @@ class Stop:
         return cls(key, sentence(error), own_line(error))
 
 
-ODD = ("none", "type", "count", "missing", "changed")
+ODD = ("none", "type", "axes", "count", "missing", "changed")
 
 
 class OddResultError(Exception):
@@ -148,6 +149,10 @@ def as_value(raw: Any, name: str) -> str | Array:
     except (TypeError, ValueError):
         kind = type(raw).__name__
         raise OddResultError("type", f"{name} should be made of numbers, but it is a {kind}: {str(raw)[:60]}") from None
+    if array.ndim > MOST_AXES:
+        raise OddResultError(
+            "axes", f"{name} is an array with {array.ndim} axes: numpy adds one where shapes do not fit each other."
+        )
     array[~np.isfinite(array)] = np.nan
     return array
 

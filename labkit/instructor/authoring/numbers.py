@@ -57,7 +57,8 @@ def make(check: Check, source: str, verify: bool = True) -> dict:
     mistakes = [_mistake(check, source, mistake, scenarios, problems, verify) for mistake in check.mistakes]
     problems += _misnamed(mistakes) if verify else ()
     if problems:
-        raise CommandError("\n".join(f"{check.name}: {problem}" for problem in problems))
+        where = f"solutions/checks, check '{check.name}'"
+        raise CommandError("\n".join(f"{where}: {problem}." for problem in problems))
     data: dict = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind}
     if check.kind == "function":
         data |= {"args": list(signature(build(source, (), check.subject)).parameters), "parts": check.parts or {}}
@@ -121,7 +122,7 @@ def _mistake(check, source, mistake, scenarios, problems, verify):
                 steady = all(gap(other[s["id"]], packed) < 0.3 for other in shaken)
                 stored[s["id"]] = packed if steady and _size(trace) < 1e6 else ANY
         if all(v == ANY for v in stored.values()):
-            problems.append(f"the mistake '{mistake.id}' passes")
+            problems.append(f"the mistake '{mistake.id}' passes: add a case in which it gives something else")
         elif stored not in forms:
             forms.append(stored)
             runs.append({s: traces[s] for s in stored})
