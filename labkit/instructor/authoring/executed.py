@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from subprocess import DEVNULL
 from typing import Any
 
 import nbformat
@@ -27,7 +28,9 @@ def execute(notebook: NotebookNode, folder: Path) -> NotebookNode:
     # Where no window can open, figures go into the notebook all the same.
     os.environ.setdefault("PYTHONUTF8", "1")
     try:
-        NotebookClient(copy, timeout=300, startup_timeout=600, resources={"metadata": {"path": str(folder)}}).execute()
+        NotebookClient(copy, timeout=300, startup_timeout=600, resources={"metadata": {"path": str(folder)}}).execute(
+            stderr=DEVNULL
+        )
     except CellExecutionError as error:
         raise StoppedError(*_stop(copy), f"{error.ename}: {error.evalue}") from error
     copy.metadata.pop("widgets", None)
