@@ -62,12 +62,21 @@ def told(data: Mapping[str, Any], traces: Mapping[str, Trace], named: Sequence[M
     while left:
         fits = [(id, covered) for id, forms in known.items() if (covered := _fits(left, forms))]
         id, covered = max(fits, key=lambda fit: len(fit[1]), default=("", left[:1]))
-        words = say.get(id, "")
+        words = "" if _may_be_another(left, id, known) else say.get(id, "")
         if not words and not left[0].value and silent:
             words = silent.pop(0)
         said.append(Told(left[0].part, words or _sentence(left[0], not said, asked.fine, predicts), words))
         left = [finding for finding in left if finding not in covered]
     return said
+
+
+def _may_be_another(found, id, known):
+    """Whether the first finding is as much that of a known mistake that shows in H or R, too, which a gain hides."""
+    if "gain" not in [finding.part for finding in found[1:]]:
+        return False
+    others = [form for other, forms in known.items() if other != id for form in forms]
+    more = [form for form in others if {"H", "R"} & {part for part, *_ in form} - {found[0].part}]
+    return any(part == found[0].part and alike(found[0].value, value) for form in more for part, *value in form)
 
 
 def _fits(found, forms):

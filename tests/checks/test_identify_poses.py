@@ -84,3 +84,9 @@ def test_a_heading_that_is_not_wrapped_is_told_beside_another_mistake():
 def test_what_follows_from_the_first_reading_is_no_second_mistake():
     text = " ".join(str(failure("team-reading", [("K @ S @ K.T", "K @ K.T")])).split())
     assert "it is P - K S K'" in text and "Also" not in text and "stacked" not in text
+
+
+def test_a_part_that_two_known_mistakes_share_is_told_as_neither_where_the_rest_is_hidden():
+    form = [("for i, j, z in seen:", "for j, i, z in seen:"), ("(K @ nu).reshape(-1, 3)", "(K @ nu).reshape(3, -1).T")]
+    text = " ".join(str(failure(PAPER, form)).split())
+    assert "the expected bearing of the reading (1, 0)" in text and "changed places in h" not in text
