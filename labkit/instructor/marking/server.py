@@ -110,6 +110,7 @@ class _Mark(Handler):
         slots = self.desk.slots(question, seen)
         if not slots:
             return self.say("Somebody has handed in another answer meanwhile: load the page again to read it.", 409)
+        before = self._before(question, seen)
         moved = self.desk.book.hands.give(told["act"], reader, slots, points, readable(reason), ticks)
         self.desk.refresh(anew=True)
         if moved:
@@ -118,7 +119,13 @@ class _Mark(Handler):
         go, group = self.next(reader, question, int(id))
         about = self.home(reader), reader, question
         page = self.pages.mark(*about, group) if group else self.pages.every(*about)  # one way less to wait for
-        return self.say(f"{plain(points, 2)} for {who}.", go=go, page=page)
+        return self.say(f"{plain(points, 2)} for {who}{before}.", go=go, page=page)
+
+    def _before(self, question: Question, seen: dict[int, int]) -> str:
+        """The marks in whose place another one is given, as words."""
+        found = [self.desk.given(question, answer) for answer in question.answers if answer.id in seen]
+        marks = [*{said(mark): None for mark in found if mark.points is not None and mark.number in seen.values()}]
+        return f", in place of {', '.join(marks[:3])}{' and others' if len(marks) > 3 else ''}" if marks else ""
 
     def _taken(self, question: Question, ids: set[int]) -> None:
         """Tell of the marks that others have given meanwhile; nothing was given."""
@@ -127,7 +134,7 @@ class _Mark(Handler):
             return self.say("Somebody has handed in another answer meanwhile: load the page again to read it.", 409)
         told = words([f"{answer.label}: {said(given)}." for answer, given in found])
         now = {answer.id: given.number for answer, given in found}
-        text = f"Not given, since it was marked meanwhile. {told} To put yours in its place, give it once more."
+        text = f"Not given, since it was marked meanwhile. {told} To put yours in its place, give the same once more."
         return self.say(text, 409, seen=now)
 
 

@@ -145,6 +145,37 @@ def test_a_mark_given_meanwhile_is_shown_and_not_overwritten_unseen(browser, tmp
         assert [mark[1:3] for mark in kept(out)] == [("Emmy", 1), ("Noor", 2)]
 
 
+def test_after_a_refusal_only_the_same_mark_counts_once_more_and_n_goes_on(browser, tmp_path):
+    out = graded(tmp_path / "out", {"Ada": "It is inside.", "Bela": "It is not large."})
+    with marking(out) as server:
+        noor, kay = Reader(browser, server, "Noor").begin(), Reader(browser, server, "Kay")
+        kay.page.goto(noor.page.url.replace("Noor", "Kay"))
+        kay.press("f", "Enter")
+        kay.wait("main :text('Bela')")
+        noor.press("1", "Enter")
+        noor.wait("#trouble:text('Ada: 2 by Kay')")
+        noor.press("1", "Enter")  # 0 now: what was refused is another mark
+        noor.wait("#give .main:enabled")
+        assert "Ada: 2 by Kay" in noor.text("#trouble") and points(out)["Ada"] == 2
+        noor.press("r")
+        noor.wait("#said:text('no comment')")
+        noor.press("1")
+        assert noor.page.locator("#points").input_value() == "0"
+        address = noor.page.url
+        noor.press("n")
+        noor.page.wait_for_url(lambda now: now != address)
+        assert points(out) == {"Ada": 2, "Bela": None}
+        noor.page.go_back()
+        noor.wait("main :text('2 by Kay')")
+        noor.press("0", "Enter")
+        noor.wait("#said:text('0 for Ada, in place of 2 by Kay.')")
+        noor.press("l")
+        noor.wait("table")
+        noor.press("u")
+        noor.wait("#said:text('Taken back for Ada')")
+        assert points(out) == {"Ada": 2, "Bela": None}
+
+
 @pytest.mark.parametrize("when", ["before it was kept", "after it was kept"])
 def test_a_server_that_is_killed_and_started_anew_loses_and_doubles_nothing(browser, tmp_path, when):
     out = graded(tmp_path / "out", {"Ada": "It is inside.", "Bela": "It is large.", "Cem": "It is small."})

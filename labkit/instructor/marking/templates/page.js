@@ -7,6 +7,7 @@ const $$ = (all, within = document) => [...within.querySelectorAll(all)];
 const WAIT = 1000; // [ms] before it is tried again
 let clean = ""; // the form as it was shown
 let warned = false; // that something is filled in and not given
+let refused = null; // {seen, what}: the marks that were told of when something was not given, and what that was
 let sending = false; // something that is not known to be kept
 let going = false; // to another page: keys are for what will be seen there, so that they do nothing yet
 const open = {}; // which parts are unfolded, by id
@@ -32,6 +33,7 @@ function shown() {
   }
   clean = $("#give") ? JSON.stringify(entry()) : "";
   warned = false;
+  refused = null;
 }
 
 // text: the page that is at the address, where that is known already.
@@ -84,10 +86,16 @@ async function send(address, body) {
   }
 }
 
+// What decides whether a mark is the same one: not its comment.
+function what(body) {
+  return JSON.stringify([body.points.trim(), body.ticks, Object.keys(body.seen)]);
+}
+
 async function give() {
   const form = $("#give"), body = entry();
   if (!Object.keys(body.seen).length) return tell("trouble", "Nobody is chosen: tick a student under the answer.");
   if (!body.points.trim()) return tell("trouble", "There are no points yet: press a number, or fill them in.");
+  if (refused && refused.what === what(body)) Object.assign(body.seen, refused.seen);
   const told = await send(location.href, body);
   tell("trouble", told.status === 200 ? "" : told.said);
   if (told.status === 200) {
@@ -95,7 +103,7 @@ async function give() {
     await go(told.go, true, told.page);
     tell("said", told.said);
   } else if (told.seen) {
-    for (const slot of $$(".slot")) if (slot.value in told.seen) slot.dataset.seen = told.seen[slot.value];
+    refused = {seen: {...body.seen, ...told.seen}, what: what(body)};
     $(".main", form).focus();
   }
 }
@@ -116,7 +124,7 @@ function rest() {
 }
 
 function leave(link) {
-  if (unsent() && !warned) {
+  if (unsent() && !warned && !refused) {
     warned = true;
     return tell("trouble", "What you filled in is not given yet: Enter gives it; the same key once more leaves it.");
   }
@@ -159,14 +167,19 @@ const KEYS = {
   c: () => $("#comment").focus(),
   q: () => { $("#question").open = !$("#question").open; },
   m: () => { $("#model").open = !$("#model").open; },
-  r: () => { const first = $(".comment"); if (first) { first.focus(); document.body.dataset.picking = "yes"; } },
+  r: () => {
+    document.body.dataset.picking = "yes";
+    const first = $(".comment");
+    if (first) first.focus();
+    else tell("said", "There is no comment to this question yet.");
+  },
   Enter: give,
 };
 
 function keyed(key, digit) {
   const picking = "picking" in document.body.dataset;
   delete document.body.dataset.picking;
-  if (picking && digit) {
+  if (picking && (digit || key === "0")) {
     rest();
     return $$(".comment")[digit - 1] && reuse($$(".comment")[digit - 1]);
   }
@@ -188,7 +201,7 @@ document.addEventListener("keydown", event => {
     if (event.key === "Enter" && event.target.closest("a, button, summary, input")) return;
     const digit = /^(Digit|Numpad)[1-9]$/.test(event.code) ? Number(event.code.slice(-1)) : 0;
     const key = /^(Digit|Numpad)0$/.test(event.code) ? "0" : event.key;
-    if (!digit && !(key in KEYS && $("#give")) && !$(`a[data-key="${CSS.escape(key)}"]`)) return;
+    if (!digit && !(key in KEYS && $("#give")) && !$(`[data-key="${CSS.escape(key)}"]`)) return;
     event.preventDefault();
     keyed(key, $("#give") ? digit : 0);
   }
