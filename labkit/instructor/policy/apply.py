@@ -3,6 +3,7 @@
 The gradebook keeps the raw marks, so that other rules give other points without grading anything.
 """
 
+import json
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -28,8 +29,37 @@ def ruled(book: Gradebook, lab: str, course: Course | None = None) -> list[Resul
     refuse(book.path.with_name(course.file), wrong)
     raw = {(result.student, result.identifier): result for result in book.results(lab)}
     people = dict.fromkeys([*raw, *(person for _, members in of.groups for person in members)])
-    found = [_of_person(person, raw, course, of) for person in people]
-    return sorted(filter(None, found), key=lambda result: (result.student.lower(), result.identifier))
+    found = [result for person in people if (result := _of_person(person, raw, course, of))]
+    if course.lab(lab).attempts == BEST:
+        several = {id: ids for ids in book.attempts(lab) if len(ids) > 1 for id in ids}
+        found = [_of_several(result, several.get(result.id, ()), book, course, of) for result in found]
+    return sorted(found, key=lambda result: (result.student.lower(), result.identifier))
+
+
+def _of_several(best: Result, ids: Collection[int], book: Gradebook, course: Course, of: Named) -> Result:
+    """The best of the hand-ins with these numbers, which says so where the newest has less.
+
+    A file that was graded anew, as its lab was changed, is one hand-in, whose newest grading is meant.
+    """
+    if best.problem or best.ungraded or len(ids) < 2:
+        return best
+    query = "SELECT id, digest FROM submission WHERE id IN (SELECT value FROM json_each(?)) ORDER BY id"
+    files = dict[int, str](book.db.execute(query, (json.dumps([*ids]),)).fetchall())
+    last = {digest: id for id, digest in files.items()} | {files[best.id]: best.id}
+    found = [apply(book.result(id), _person(best), course, of) for id in last.values()]
+    others = [result for result in found if not result.problem and result.id != best.id]
+    if not others or any(result.ungraded or result.points > best.points for result in others):
+        return best
+    known = all(result.when for result in (best, *others))
+    other = max(others, key=lambda r: r.when or datetime.min) if known else min(others, key=lambda r: r.points)
+    if other.points == best.points or known and best.when and other.when and other.when < best.when:
+        return best
+    whose = f"{best.ruling.by}'s " * bool(best.ruling.by)
+    told = (
+        f"The best of {whose}{len(others) + 1} graded hand-ins counts, with {plain(best.points, 2)} points"
+        f"{' so far' * bool(best.open)}; {'the newest of them' if known else 'another'} has {plain(other.points, 2)}."
+    )
+    return _with(best, told)
 
 
 def choose_best(book: Gradebook, lab: str, course: Course | None = None) -> None:

@@ -184,6 +184,21 @@ def test_the_best_attempt_is_the_one_with_most_points_after_the_rules(book):
     assert next(book.results(LAB)).id == first
 
 
+def test_where_the_best_counts_a_newer_hand_in_with_less_is_told(book):
+    hand_in(book, "Bo", day=19, points=8.4)
+    hand_in(book, "Bo", day=20)
+    for newer in (19, 20):  # the newest of one run is graded first
+        hand_in(book, "Ada", day=39 - newer, points=8.4 if newer == 19 else 12.0)
+    rules(book, 'attempts = "best"')
+    policy.choose_best(book, LAB)
+    told = {result.student: result.ruling.told for result in policy.ruled(book, LAB)}
+    sentence = "The best of 2 graded hand-ins counts, with 16 points so far; the newest of them has 12.4."
+    assert told == {"Ada": (sentence,), "Bo": ()}
+    assert rules(book, 'attempts = "newest"')["Ada"].ruling.told == ()
+    group = rules(book, 'attempts = "best"\n[[groups]]\nmembers = ["Ada", "Cy"]')["Cy"]
+    assert group.ruling.told[-1] == sentence.replace("of 2", "of Ada's 2")
+
+
 EXTENSION = '[[extensions]]\nstudent = "{}"\nlab = "{}"\ndue = 2026-11-27\n'
 NAMES = {  # what the file says: how it is refused
     EXTENSION.format("Ada Lovelac", LAB): "student: there is no student 'Ada Lovelac'; did you mean 'Ada Lovelace'?",
