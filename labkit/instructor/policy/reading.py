@@ -8,7 +8,7 @@ from pathlib import Path
 from zoneinfo import ZoneInfo, available_timezones
 
 from ..records import CommandError
-from ..report.texts import SHOWN, clean, squash
+from ..report.texts import SHOWN, clean, cut, squash
 from ..trouble import why
 from . import moments
 from .course import BEST, FIRST, NEWEST, OWN, Course, Extension, Group, Lab, Late
@@ -42,13 +42,14 @@ def read(path: Path, known: Collection[str] = ()) -> Course:
     try:
         values = tomllib.loads(_HOURS.sub(r"\1:00", text))
     except (ValueError, RecursionError) as error:  # not only its own: a number may have too many digits
-        raise CommandError(f"{path}, {_broken(str(error), text)} {UNTOUCHED}") from None
+        raise CommandError(f"{path}, {_broken(str(error), text)}{UNTOUCHED}") from None
     wrong: list[str] = []
     course = _course(Table(values, "", wrong), labs)
     refuse(path, wrong)
     return course
 
 
+LONG = 120  # characters of a line that are shown
 UNTOUCHED = "Nothing was graded or changed."
 _HOURS = re.compile(r"^(\s*due\s*=\s*\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d)(?![:\d])", re.M)  # TOML asks for seconds too
 
@@ -65,8 +66,24 @@ def refuse(path: Path | str, wrong: Collection[str]) -> None:
 def _broken(said: str, text: str) -> str:
     """'line 3: ...' of what the parser says of a text."""
     place = re.search(r"\s*\(at (?:line (\d+), column \d+|end of document)\)$", said)
-    line = place[1] if place and place[1] else len(text.splitlines())
-    return f"line {line}: this is no TOML: {clean(said[: place.start()] if place else said)}."
+    lines = text.splitlines()
+    number = int(place[1]) if place and place[1] else len(lines)
+    line = clean(lines[number - 1]) if place and 0 < number <= len(lines) else ""
+    told = f"line {number}: this is no TOML: {clean(said[: place.start()] if place else said)}{_hint(line)}."
+    return f"{told}\n  {cut(line, LONG)}\n" if line else f"{told} "
+
+
+def _hint(line: str) -> str:
+    """What a line that is no TOML may have been meant to be: a date in another order, or a text with an open quote."""
+    date = re.match(r"""[^#"']*=\s*(\d+)([./-])(\d\d?)\2(\d+)(?:[T ,]+(\d\d?):(\d\d))?""", line)
+    if date:
+        day, dot, month, year, hour, minute = date.groups()
+        if dot == "." and len(year) == 4 and int(month) <= 12:
+            return f"; write {year}-{int(month):02}-{int(day):02}T{int(hour or 12):02}:{minute or '00'}"
+        return f"; {moments.HINT}"
+    if line.count('"') % 2 or '"' not in line and line.count("'") % 2:
+        return "; perhaps a quote is open"
+    return ""
 
 
 def _course(top: Table, known: tuple[str, ...]) -> Course:
