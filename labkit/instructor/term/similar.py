@@ -1,4 +1,4 @@
-"""Whose code is more alike than the class's is among itself."""
+"""Whose code is more alike than the class's is among itself, or nearly all the same."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -16,6 +16,9 @@ from .tokens import Code, fields_of, read
 LEAST = 12.0  # rare fingerprints that two must share, some five lines: less comes about by itself
 BY_CHANCE = 0.1  # pairs of a class that are told although nothing is behind them, were all spread as most are
 FEW = 10  # pairs, below which a class has no spread
+NEARLY = 0.8  # of one's own fingerprints that a copy shares, since another order of the parts loses some at each joint
+MANY = 4, 10  # students, or one of so many of a class: what more than these have is nobody's own
+BELOW = 3  # pairs that are named although they are not told
 SHOWN = 30  # pairs side by side
 BREAK = "\n\n"
 
@@ -52,7 +55,8 @@ class Pair(NamedTuple):
 
 class Likeness(NamedTuple):
     """A class compared. amounts: of all pairs;  threshold: from which on they are told;  pairs: the most alike first;
-    more: labels and amounts of those that are not shown;  spread: whether the threshold comes from this class.
+    more: labels and amounts of those that are not shown;  below: of the most alike of those that are not told;
+    spread: whether the threshold comes from this class.
     """
 
     students: int
@@ -61,6 +65,7 @@ class Likeness(NamedTuple):
     spread: bool
     pairs: Sequence[Pair]
     more: Sequence[tuple[str, str, float]]
+    below: Sequence[tuple[str, str, float]] = ()
 
 
 def given(root: Path, lab: str) -> Given:
@@ -91,10 +96,33 @@ def compare(sources: Mapping[str, Mapping[str, str]], of: Given, together: Itera
     first, second = first[apart], second[apart]
     amounts = found[first, second]
     threshold = likely(amounts)
-    order = [at for at in np.argsort(-amounts, kind="stable") if amounts[at] > threshold]
+    every = [int(at) for at in np.argsort(-amounts, kind="stable")]
+    own = _own_prints(prints, of)
+    copied = {at for at in every if _nearly(*([has[first[at]], has[second[at]]] for has in (prints, own)))}
+    order = [at for at in every if amounts[at] > threshold or at in copied]
     pairs = [_pair(labels, codes, prints, found, of, int(first[at]), int(second[at])) for at in order[:SHOWN]]
-    more = [(labels[first[at]], labels[second[at]], float(amounts[at])) for at in order[SHOWN:]]
-    return Likeness(len(codes), amounts.tolist(), threshold, len(amounts) >= FEW, pairs, more)
+    below = [at for at in every if 0 < amounts[at] <= threshold and at not in copied][:BELOW]
+    names = [(labels[one], labels[two]) for one, two in zip(first, second)]
+    more, less = ([(*names[at], float(amounts[at])) for at in some] for some in (order[SHOWN:], below))
+    return Likeness(len(codes), amounts.tolist(), threshold, len(amounts) >= FEW, pairs, more, less)
+
+
+def _own_prints(prints: Sequence[NDArray[np.uint64]], of: Given) -> list[NDArray[np.uint64]]:
+    """Of each one's fingerprints those that neither the model solution nor many have."""
+    every, count = np.unique(np.concatenate([*prints, np.zeros(0, np.uint64)]), return_counts=True)
+    usual = np.union1d(every[count > max(MANY[0], len(prints) // MANY[1])], of.usual)
+    return [np.setdiff1d(has, usual) for has in prints]
+
+
+def _nearly(prints: Sequence[NDArray[np.uint64]], own: Sequence[NDArray[np.uint64]]) -> bool:
+    """Whether nearly all that one of two wrote is the other's, and enough of it is what few have.
+
+    prints: the fingerprints of each of the two;  own: those of `_own_prints`.
+    """
+    if min(map(len, own)) < LEAST:
+        return False
+    rare, every = (len(np.intersect1d(one, other, True)) for one, other in (own, prints))
+    return rare >= max(LEAST, NEARLY * min(map(len, own))) and every >= NEARLY * min(map(len, prints))
 
 
 def likely(amounts: NDArray[np.float64]) -> float:

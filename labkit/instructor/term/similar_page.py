@@ -66,7 +66,7 @@ def chart(amounts: Sequence[float], threshold: float) -> Chart:
     most = max([*amounts, threshold])
     step = threshold / max(1, round(BARS * threshold / most))
     count = Counter(max(0, ceil(amount / step - 1e-9) - 1) for amount in amounts)
-    bins = max([*count, BARS // 2]) + 1
+    bins = max([*count, BARS // 2, round(threshold / step)]) + 1
     each, top = WIDTH / bins, max(count.values(), default=1)
     bars = [
         Bar(n, *(round(side, 1) for side in (LEFT + at * each + 1, each - 2, LEFT + (at + 0.5) * each, TALL * n / top)))

@@ -13,7 +13,7 @@ from labkit.instructor.report import code
 from labkit.instructor.report.gradebook import Gradebook
 from labkit.instructor.term import similar
 from labkit.instructor.term.fingerprints import RUN, WINDOW, hashes, winnowed
-from labkit.instructor.term.similar_page import chart, similar_page
+from labkit.instructor.term.similar_page import LEFT, WIDTH, chart, similar_page
 from labkit.instructor.term.stretches import pieces, stretches
 from labkit.instructor.term.tokens import read
 
@@ -56,6 +56,17 @@ def test_a_copy_with_other_names_order_and_comments_is_found(lab, original, give
     assert told(found) == [{original, "copy"}]
     (pair,) = found.pairs
     assert pair.first.same > 0.7 * pair.first.own and pair.alone > 10
+
+
+@pytest.mark.parametrize("form", ["inverse", "joseph", "in place"])
+def test_nearly_the_same_code_is_told_in_the_smallest_class_and_what_is_the_models_is_not(form, given):
+    every = codes(LAB)
+    six = {name: every[name] for name in ("model", form, "both signs", "sequential")}
+    found = similar.compare(of({**six, "copy": disguised(every[form]), "again": every["model"]}), given[LAB])
+    assert told(found) == [{form, "copy"}] and found.pairs[0].amount < found.threshold
+    assert len(found.below) == 3 and not any({form, "copy"} == {*pair[:2]} for pair in found.below)
+    page = sound(similar_page(LAB, found)).text
+    assert "Below what is told" in page and "model" in page.split("Below what is told")[1]
 
 
 def test_who_works_together_is_not_compared_with_each_other(given):
@@ -181,6 +192,8 @@ def test_the_chart_has_all_pairs_and_no_bar_on_both_sides():
     drawn = chart(amounts, 12.0)
     assert sum(bar.pairs for bar in drawn.bars) == len(amounts)
     assert sum(bar.pairs for bar in drawn.bars if bar.left > drawn.threshold) == 2
+    for few in (amounts, amounts[:2], []):  # the line is in the picture also where all is far below it
+        assert LEFT < chart(few, 12.0).threshold <= LEFT + WIDTH
     assert not any(bar.left < drawn.threshold < bar.left + bar.width for bar in drawn.bars)
 
 
