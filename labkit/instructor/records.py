@@ -91,6 +91,7 @@ class Ruling:
     raw     the points before all rules, None without rules.
     less    what being late takes of the points of all marks;  days: begun after the due date, 0 if that is not known.
     by      who handed it in for the student, '' for the student.
+    best    whether it counts as the best of several hand-ins, and the newest, or another, has less.
     told    a sentence for the student for each rule that changed something.
     """
 
@@ -98,6 +99,7 @@ class Ruling:
     less: float = 0.0
     days: int = 0
     by: str = ""
+    best: bool = False
     told: tuple[str, ...] = ()
 
 

@@ -59,7 +59,7 @@ def _of_several(best: Result, ids: Collection[int], book: Gradebook, course: Cou
         f"The best of {whose}{len(others) + 1} graded hand-ins counts, with {plain(best.points, 2)} points"
         f"{' so far' * bool(best.open)}; {'the newest of them' if known else 'another'} has {plain(other.points, 2)}."
     )
-    return _with(best, told)
+    return _with(replace(best, ruling=replace(best.ruling, best=True)), told)
 
 
 def choose_best(book: Gradebook, lab: str, course: Course | None = None) -> None:

@@ -91,7 +91,12 @@ def _rules(results: Sequence[Result]) -> list[str]:
     named = list(zip(labels(results), results))
     late = [label + _cost(result) for label, result in named if result.late]
     by = [f"{label} (by {result.ruling.by})" for label, result in named if result.ruling.by]
-    told = [("Late", late), ("Handed in by another member of their group", by)]
+    best = [f"{label} ({plain(result.points, 2)} points)" for label, result in named if result.ruling.best]
+    told = [
+        ("Late", late),
+        ("Handed in by another member of their group", by),
+        ("The best hand-in counts, another has less", best),
+    ]
     return [f"{what}: {len(who)}: {listed(who)}." for what, who in told if who]
 
 

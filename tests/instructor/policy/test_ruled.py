@@ -10,6 +10,7 @@ from labkit.instructor import policy
 from labkit.instructor.policy import intake, memory
 from labkit.instructor.records import BY_HAND, ERROR, FAILED, OPEN, PARTLY, PASSED, Check, CommandError
 from labkit.instructor.report.gradebook import Gradebook
+from labkit.instructor.report.output import _rules
 
 LAB = "01_cartesian_ekf"
 CHECKS = [Check("kf", "The filter", 12), Check("map", "On a map", 4), Check("q1", "Why?", 4, hand=True)]
@@ -194,6 +195,7 @@ def test_where_the_best_counts_a_newer_hand_in_with_less_is_told(book):
     told = {result.student: result.ruling.told for result in policy.ruled(book, LAB)}
     sentence = "The best of 2 graded hand-ins counts, with 16 points so far; the newest of them has 12.4."
     assert told == {"Ada": (sentence,), "Bo": ()}
+    assert _rules(policy.ruled(book, LAB)) == ["The best hand-in counts, another has less: 1: Ada (16 points)."]
     assert rules(book, 'attempts = "newest"')["Ada"].ruling.told == ()
     group = rules(book, 'attempts = "best"\n[[groups]]\nmembers = ["Ada", "Cy"]')["Cy"]
     assert group.ruling.told[-1] == sentence.replace("of 2", "of Ada's 2")
