@@ -90,13 +90,15 @@ def write_out(book: Gradebook, paper: Paper, out: Path, args: Namespace, course:
 
     course: what its file says, read anew if it is not given. Raises CommandError.
     """
+    from .policy import variants
     from .report.output import write_all
     from .term.command import write_term
 
-    if policy.course_of(book, paper.lab, course).lab(paper.lab).attempts == "best":
+    rules = policy.course_of(book, paper.lab, course)
+    if rules.lab(paper.lab).attempts == "best":
         policy.choose_best(book, paper.lab, course)
     results = [result for lab in book.labs() for result in policy.ruled(book, lab, course)]
-    status = write_all(book, paper, out, args, results)
+    status = write_all(book, paper, out, args, results, variants.own(paper, rules))
     write_term(book, out)
     return status
 

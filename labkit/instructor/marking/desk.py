@@ -4,6 +4,8 @@ import hashlib
 from dataclasses import replace
 from typing import NamedTuple
 
+from ..exam.paper import read as read_paper
+from ..policy import course_of, variants
 from ..records import BLANK, BY_HAND, OPEN, Check, Result
 from ..report.by_hand import Given, Slot
 from ..report.gradebook import Gradebook
@@ -45,12 +47,15 @@ class Group(NamedTuple):
 
 
 class Question(NamedTuple):
-    """A written question with the groups of its answers. key: its name in addresses."""
+    """A written question with the groups of its answers. key: its name in addresses;  apart: whether each answer
+    is read alone, since students have numbers of their own.
+    """
 
     key: str
     lab: str
     check: Check
     groups: list[Group]
+    apart: bool = False
 
     @property
     def answers(self) -> list[Answer]:
@@ -70,6 +75,7 @@ class Desk:
         self._version, self._counting = -1, dict[int, tuple[str, ...]]()
         self._given: dict[str, dict[tuple[str, str, str], Given]] = {}
         self._results: dict[int, Result] = {}
+        self._apart = dict[str, bool]()
         self.refresh()
 
     def refresh(self, anew: bool = False) -> None:
@@ -94,6 +100,8 @@ class Desk:
         for lab in sorted({lab for lab, *_ in counting.values()}):
             results = [result for result in self._results.values() if result.lab == lab and not result.problem]
             named = list(zip(labels(results), results))
+            if lab not in self._apart:
+                self._apart[lab] = _apart(self.book, lab)
             for check in self.book.hands.questions(lab):
                 key = hashlib.sha256(f"{lab}\n{check.id}\n{check.points}".encode()).hexdigest()[:10]
                 answers = [
@@ -102,7 +110,7 @@ class Desk:
                     if any(mark.check == check.id and mark.max_points == check.points for mark in result.marks)
                 ]
                 if answers:
-                    self.questions[key] = _question(key, lab, check, answers, before.get(key))
+                    self.questions[key] = _question(key, lab, check, answers, self._apart[lab], before.get(key))
 
     def given(self, question: Question, answer: Answer) -> Given:
         """The newest mark that a person gave to an answer, `NEVER` if there is none."""
@@ -142,9 +150,20 @@ class Desk:
         return None if place is None else waiting[place][0]
 
 
-def _question(key: str, lab: str, check: Check, answers: list[Answer], before: Question | None) -> Question:
+def _apart(book: Gradebook, lab: str) -> bool:
+    course = course_of(book, lab)
+    return bool(course.variants) and variants.own(read_paper(lab), course)
+
+
+def _question(
+    key: str, lab: str, check: Check, answers: list[Answer], apart: bool, before: Question | None
+) -> Question:
     """The question with its answers in groups; those of before, if all answers are the same."""
     if before and {(a.id, a.label) for a in before.answers} == {(a.id, a.label) for a in answers}:
         return before._replace(check=check)
+    if apart:
+        read = [Group([[answer]]) for answer in answers if not answer.blank]
+        blank = [answer for answer in answers if answer.blank]
+        return Question(key, lab, check, read + [Group([blank])] * bool(blank), apart)
     found = groups([answer.text for answer in answers])
     return Question(key, lab, check, [Group([[answers[n] for n in same] for same in group]) for group in found])

@@ -1,5 +1,6 @@
 """Numbers of students' own: who gets which when the course is handed out, and the same when it is graded."""
 
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,8 +17,17 @@ from .course import Course
 
 def uses(paper: Paper) -> bool:
     """Whether a lab asks for numbers of students' own."""
-    sources = [paper.setup, *(cell.source for cell in paper.cells), *(cell.source for cell in paper.released)]
-    return any("variant" in source for source in sources)
+    sources = [
+        paper.setup,
+        *(cell.source for cell in paper.cells),
+        *(cell.source for cell in paper.released if cell.code),
+    ]
+    return any(re.search(r"\bvariant\b", source) for source in sources)  # other `variants` ask for none
+
+
+def own(paper: Paper, course: Course) -> bool:
+    """Whether students have numbers of their own in a lab: the same words may be right for one, wrong for another."""
+    return bool(course.variants) and uses(paper)
 
 
 def of_class(paper: Paper, course: Course, out: Path, entries: Sequence[Entry]) -> dict[tuple[str, str], str]:
@@ -25,7 +35,7 @@ def of_class(paper: Paper, course: Course, out: Path, entries: Sequence[Entry]) 
 
     out: where course.toml is, and the roster if it is named without a folder. Raises CommandError for who is not in it.
     """
-    if not course.variants or not uses(paper):
+    if not own(paper, course):
         return {}
     path = out / course.roster
     keys = roster.keys(roster.read(path), [(entry.student, entry.identifier) for entry in entries], path)

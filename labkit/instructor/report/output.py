@@ -26,13 +26,18 @@ from .ways import TERM
 
 
 def write_all(
-    book: Gradebook, paper: Paper, out: Path, args: Namespace, results: Sequence[Result] | None = None
+    book: Gradebook,
+    paper: Paper,
+    out: Path,
+    args: Namespace,
+    results: Sequence[Result] | None = None,
+    apart: bool = False,
 ) -> int:
     """Write all files into the folder `out`, print a summary, and return the exit status.
 
     results: of all labs after the course's rules; None: there are none. grades.csv has the marks before them, of the
-    hand-ins that count for anybody. The status is 0 if every submission could be graded, else 1. Raises CommandError
-    if a file cannot be written.
+    hand-ins that count for anybody. apart: whether students have numbers of their own in this lab. The status is 0 if
+    every submission could be graded, else 1. Raises CommandError if a file cannot be written.
     """
     every = [result for lab in book.labs() for result in book.results(lab)]
     results = every if results is None else results
@@ -50,7 +55,7 @@ def write_all(
     send_back(out / f"feedback-{paper.lab}.zip", out / "feedback" / paper.lab, mine, pages, rows)
     files.write(out / f"class-{paper.lab}.html", class_page(mine, paper.checks, paper.title, pages))
     to_read = [result for result in raw if result.lab == paper.lab]
-    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(to_read, paper.checks, paper.title))
+    files.write(out / f"to-mark-{paper.lab}.html", to_mark_page(to_read, paper.checks, paper.title, apart))
     titles = {check.id: check.title for check in paper.checks}
     mine = [
         replace(result, marks=[replace(mark, check=titles.get(mark.check, mark.check)) for mark in result.marks])

@@ -11,6 +11,10 @@ from .. import records
 from .markdown import markdown
 from .texts import counted, plain, readable
 
+APART = (  # said where each answer is read alone
+    "Answers that are alike are not put together: students have numbers of their own in this lab, "
+    "so the same words may be right for one and wrong for another."
+)
 TITLE, LINE, SENTENCE, ANSWER, RUBRIC = 200, 400, 2000, 5000, 20000  # characters of one text that are shown
 LINES = 60  # lines of a report that are shown
 LONG = 2500  # characters, from which on paper an entry may run over the end of a sheet
@@ -75,7 +79,7 @@ def environment(*packages: str) -> Environment:
     )
     made.filters.update(cut=cut, prose=prose, plain=plain, counted=counted, markdown=markdown)
     made.globals.update(
-        TITLE=TITLE, LINE=LINE, ANSWER=ANSWER, RUBRIC=RUBRIC, LINES=LINES, LONG=LONG, MANY=MANY, TOP=TOP
+        TITLE=TITLE, LINE=LINE, ANSWER=ANSWER, RUBRIC=RUBRIC, LINES=LINES, LONG=LONG, MANY=MANY, TOP=TOP, APART=APART
     )
     return made
 

@@ -34,22 +34,28 @@ class Question(NamedTuple):
     noted: list[tuple[str, list[str]]]
 
 
-def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str) -> str:
-    """The HTML of all written answers to one lab, question by question, for the instructor."""
+def to_mark_page(results: Sequence[Result], checks: Sequence[Check], title: str, apart: bool = False) -> str:
+    """The HTML of all written answers to one lab, question by question, for the instructor.
+
+    apart: no answer stands for those of several students, whose numbers are their own.
+    """
     named = list(zip(labels(results), results))
-    questions = [_question(check, named) for check in checks if check.hand]
-    return render("to_mark", title=title, ways=ways(results[0].lab, "marking") if results else (), questions=questions)
+    questions = [_question(check, named, apart) for check in checks if check.hand]
+    to = ways(results[0].lab, "marking") if results else ()
+    return render("to_mark", title=title, ways=to, questions=questions, apart=apart)
 
 
-def _question(check: Check, named: Sequence[tuple[str, Result]]) -> Question:
-    given: dict[str, list[Given]] = defaultdict(list)
-    for label, result in sorted(named, key=lambda pair: pair[0].casefold()):
+def _question(check: Check, named: Sequence[tuple[str, Result]], apart: bool) -> Question:
+    given: dict[tuple[str, int], list[Given]] = defaultdict(list)
+    for place, (label, result) in enumerate(sorted(named, key=lambda pair: pair[0].casefold()), 1):
         text = result.answers.get(check.id, "").strip()
         answer = "" if is_blank(text) else text
-        given[answer] += [(label, mark.points) for mark in result.marks if mark.check == check.id]
+        given[answer, place if apart and answer else 0] += [
+            (label, mark.points) for mark in result.marks if mark.check == check.id
+        ]
     everybody = [points for who in given.values() for _, points in who]
-    empty = given.pop("", [])
-    groups = [Group(answer, who, LOOKS[BY_HAND if _read(who) else OPEN]) for answer, who in given.items() if who]
+    empty = given.pop(("", 0), [])
+    groups = [Group(answer, who, LOOKS[BY_HAND if _read(who) else OPEN]) for (answer, _), who in given.items() if who]
     groups.sort(key=lambda group: (_read(group.who), group.who[0][0].casefold()))
     if everybody:
         answers = counted(len(everybody) - len(empty), "answer")

@@ -2,6 +2,7 @@
 
 import re
 from contextlib import closing
+from types import SimpleNamespace
 
 import pytest
 
@@ -69,6 +70,21 @@ def test_the_same_answers_wait_together_and_nobody_is_asked_to_read_nothing(book
     assert only(desk).check.model == "So."
     page = " ".join(Pages(desk, "/token/").overview("/token/Emmy/", "Emmy").split())
     assert "3 of 3 read" in page and re.search("Emmy ?</bdi> ?: 3[.]", page) and "Emmy" in Pages(desk, "/token/").ask()
+
+
+def test_where_numbers_are_the_students_own_each_answer_is_read_alone(book, monkeypatch):
+    book.path.with_name("course.toml").write_text('[variants]\ncourse = "A"\nroster = "r.csv"\n')
+    paper = SimpleNamespace(
+        setup="", cells=[], released=[SimpleNamespace(code=True, source="r = variant.rng().normal()")]
+    )
+    monkeypatch.setattr("labkit.instructor.marking.desk.read_paper", lambda lab: paper)
+    desk = Desk(book)
+    assert [[a.label for a in group.answers] for group in only(desk).groups] == [["Ada"], ["Bo"], ["Cem"], ["Dee"]]
+    pages = Pages(desk, "/token/")
+    told = pages.mark("/token/E/", "E", only(desk), only(desk).groups[0]), pages.every("/token/E/", "E", only(desk))
+    assert all("numbers of their own" in page for page in told)
+    paper.released.clear()
+    assert [len(group.answers) for group in only(Desk(book)).groups] == [2, 1, 1]
 
 
 def test_what_another_server_gives_is_seen_and_not_overwritten(book, other):

@@ -12,6 +12,7 @@ import pytest
 
 from labkit import variant
 from labkit.instructor.authoring import new
+from labkit.instructor.exam.paper import read as read_paper
 from labkit.instructor.policy import read, roster, variants
 from labkit.instructor.records import CommandError
 
@@ -29,6 +30,10 @@ def folder(tmp_path, monkeypatch):
 
 def draw():
     return variant.rng("map").uniform(size=3).tolist()
+
+
+def test_a_lab_with_variants_of_something_else_asks_for_no_numbers():
+    assert not variants.uses(read_paper("05_fuzzy_hybrid"))
 
 
 def test_without_a_file_all_have_the_same_numbers(folder):

@@ -31,6 +31,13 @@ def test_the_same_answers_are_grouped_and_open_ones_come_first():
     assert "no written question" in to_mark_page(results, CHECKS[:3], TITLE)
 
 
+def test_where_numbers_are_the_students_own_no_answer_stands_for_two():
+    results = [Result(n, marks=[Mark("q6", None, 3, records.OPEN)], answers={"q6": "same"}) for n in ("Ada", "Bo")]
+    page = to_mark_page(results, CHECKS, TITLE, apart=True)
+    assert "students gave this same" not in page and "alike answers come together" not in page
+    assert "numbers of their own" in sound(page).text and page.count("same</p>") == 2
+
+
 def test_a_large_class_fits_a_page():
     sound(to_mark_page(classroom(1000), CHECKS, TITLE))
 
