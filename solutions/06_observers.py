@@ -437,9 +437,7 @@ fig, axes = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 draw_paths(axes[0], team.truth[:, :1], title="figure 4 a", odometry=dead_reckoned(team))
 draw_paths(axes[1], reference, poses["gate 13.8"], "figure 4 b", true="with a map")
 draw_posts(axes[1])
-axes[2].fill(
-    [-4, 0, 0, -4], [-3, -3, 0, 0], color="0.9", label="robot 0 in here: 3 of 10 are false"
-)
+axes[2].fill([-4, 0, 0, -4], [-3, -3, 0, 0], "0.9", label="robot 0 in here: 3 of 10 false")
 draw_readings(axes[2], team, team.truth, "figure 4 c: what was reported")
 for ax in axes:
     ax.set(xlim=(-9.5, 9.5), ylim=(-8, 11))
