@@ -36,7 +36,7 @@ def register(
     book.retry(paper.lab)
     entries, unfits = _called(book, entries, unfits, args.canvas)
     rules, due, told = intake.rules(book, paper.lab, course or Course(), args, [*entries, *unfits])
-    own = variants.of_class(paper, course or Course(), Path(args.out), entries)
+    own = variants.of_class(paper, course or Course(), book.path.parent, entries)
     entries, of_times = dated(entries, args.moodle, Path(args.submissions).name, due)
     notes += [*told, *of_times]
     jobs, older = [], 0

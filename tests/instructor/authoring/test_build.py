@@ -3,7 +3,7 @@
 import nbformat
 import pytest
 
-from labkit.instructor.authoring import build
+from labkit.instructor.authoring import build, executed
 
 LAB = '# %% id="show"\nprint(1)\nprint(2)\n'
 
@@ -12,7 +12,11 @@ LAB = '# %% id="show"\nprint(1)\nprint(2)\n'
 def lab(tmp_path, monkeypatch):
     """A built lab of one cell; no kernel runs: what it prints comes in two messages, as under load."""
     monkeypatch.setattr(build, "ROOT", tmp_path)
-    monkeypatch.setattr(build.NotebookClient, "execute", lambda client: prints(client.nb.cells[0], "1\n", "2\n"))
+
+    def run(client, **_):
+        prints(client.nb.cells[0], "1\n", "2\n")
+
+    monkeypatch.setattr(executed.NotebookClient, "execute", run)
     script = tmp_path / "solutions" / "09_short.py"
     script.parent.mkdir()
     script.write_text(LAB, "utf-8")
