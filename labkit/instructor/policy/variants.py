@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ...notebook import variant
-from ..authoring import release
 from ..exam.paper import Paper
 from ..intake.collect import Entry
 from ..intake.submission import Work
@@ -54,6 +53,8 @@ def hand_out(out: Path, force: bool, course: str, table: Path | str) -> int:
 
     course: its name, from which numbers are drawn;  force: write over older zips.
     """
+    from ..authoring import release  # which loads what reads labs' sources: grading needs none of it
+
     texts = kits(course, table)
     if out.name.lower().endswith(".zip") or out.is_file():
         raise CommandError(f"{out}: the kits of a class go into a folder; name a new one.")

@@ -201,3 +201,10 @@ def test_names_of_kits_are_names_of_files(tmp_path):
     with pytest.raises(CommandError, match="would both be called"):
         variants.kits(COURSE, tmp_path / "r.csv")
     assert np.isfinite(variant.rng().uniform())
+
+
+def test_grading_does_not_load_what_reads_labs_sources():
+    """It takes two seconds, at the start of each command."""
+    code = "import sys, labkit.instructor.command; print('jupytext' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True, cwd=ROOT)
+    assert done.stdout.strip() == "False"
