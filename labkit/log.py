@@ -1,6 +1,7 @@
 """One recorded run of a robot, simulated or real."""
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -117,6 +118,34 @@ class Log:
 
     def judge(self, history: History) -> None:
         """What `replay` asks of what a filter believed: of one robot, nothing more than numbers."""
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the run into a new folder as CSV files, from which `Log.load` gives it back to the last bit; the Path.
+
+        steps.csv         start [s], end [s]; forward [m/s], turn rate [rad/s], or vx [m/s], vy [m/s] in the world
+                          frame, or ahead [m], left [m], turned [rad] of each step
+        measurements.csv  time [s], id; range [m], bearing [rad], or dx [m], dy [m]: of the step whose end is nearest
+        landmarks.csv     id, x [m], y [m]
+        truth.csv         time [s], x [m], y [m], heading [rad], empty where unknown; may lack, and so may the heading
+        about.json        name, frame, range, Q, R, notes, others (ids of what is no landmark); each of them may lack
+
+        Raises ValueError for what cannot be saved, or if there is something in the folder.
+        """
+        from .recorded.plain import save
+
+        if type(self) is not Log:
+            raise ValueError(f"a {type(self).__name__} has more than the plain form holds: only a Log can be saved")
+        return save(self, folder)
+
+    @staticmethod
+    def load(folder: str | Path) -> "Log":
+        """The Log in a folder, or in the one of that name in the data folder: as `save` writes it, or Freiburg's.
+
+        Raises DataError, with the file and the line, for what is wrong in there.
+        """
+        from .recorded import fields
+
+        return Log(**fields(folder))
 
     def seen_by(self, sensor: str, R: Covariance, range: float | None = None, rng: Seed = None) -> "Log":
         """The same drive seen by another sensor: same truth and controls, new measurements."""

@@ -14,12 +14,12 @@ import numpy as np
 from ..geometry import Array, Seed, wrap
 from ..history import truth_of
 from ..log import Log
+from ..recorded import DataError
+from ..recorded.plain import GAP, at_times
 from ..validation import is_number
 from ..world import Landmark, Map, places
 from . import example, install
-from .files import FILES, PUBLISHED, ROBOTS, DataError, first_stamp, overlap, read_table, set_number, some
-
-GAP = 0.5  # [s] the truth is interpolated across shorter gaps, and unknown (NaN) in longer ones
+from .files import FILES, PUBLISHED, ROBOTS, find_files, first_stamp, overlap, read_table, set_number, some
 
 
 def load(robot: int, dataset: int = 7, **options: Any) -> Log:
@@ -39,7 +39,7 @@ def load(robot: int, dataset: int = 7, **options: Any) -> Log:
 
 def read(
     folder: str | Path,
-    robot: int,
+    robot: int = 1,
     rate: float = 10.0,
     start: float | None = None,
     duration: float | None = None,
@@ -47,7 +47,8 @@ def read(
 ) -> Log:
     """The run of one robot of an MRCLAM data set, in steps of 1/`rate` seconds, as a Log.
 
-    folder:   of the set's files.  robot: 1..5.  rate: steps per second.
+    folder:   of the set's files, or of a course's copy of them, such as Odometry.csv.  robot: 1..5.
+    rate: steps per second.
     start, duration: [s] an excerpt; default from the first to the last moment that has both odometry
               and ground truth.  The clock of a set starts with its ground truth, the same for its five
               robots (odometry starts 6 to 16 s later), so that their steps coincide.
@@ -158,24 +159,25 @@ def range_errors(log: Log) -> Array:
 def _tables(folder, robot):
     names = [f"Robot{robot}_{kind}.dat" for kind in ("Groundtruth", "Odometry", "Measurement")]
     names += ["Barcodes.dat", "Landmark_Groundtruth.dat"]
-    missing = [name for name in names if not (folder / name).is_file()]
+    files = find_files(folder)
+    missing = [name for name in names if name not in files]
     if missing:
         lacks = "lacks" if folder.is_dir() else "is no folder with"
         raise DataError(f"{folder} {lacks} {', '.join(missing)}. {PUBLISHED}")
     tables, notes = [], []
     for name in names:
-        rows, said = read_table(folder / name)
+        rows, said = read_table(files[name], name)
         notes += said
         if not len(rows) and "Measurement" in name:
             notes.append(f"{name} has no rows: robot {robot} saw nothing")
         elif not len(rows):
-            raise DataError(f"{folder / name} has no rows. {PUBLISHED}")
+            raise DataError(f"{files[name]} has no rows. {PUBLISHED}")
         tables.append(rows)
     for name, rows, column in zip(names[3:], tables[3:], (1, 0)):
         values, count = np.unique(rows[:, column], return_counts=True)
         if (count > 1).any():
             twice = values[count > 1][0]
-            raise DataError(f"{folder / name}: {FILES[name][column]} {twice:g} occurs twice")
+            raise DataError(f"{files[name]}: {FILES[name][column]} {twice:g} occurs twice")
     return tables, notes
 
 
@@ -211,12 +213,7 @@ def _mean_rates(times, odometry, notes):
 
 def _poses(times, truth, notes):
     """True poses (N+1, 3), interpolated; the heading without jumps from pi to -pi in between."""
-    t, x, y, theta = truth.T
-    poses = np.column_stack([np.interp(times, t, c) for c in (x, y, np.unwrap(theta))])
-    poses[:, 2] = wrap(poses[:, 2])
-    after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    unknown = (t[after] - t[after - 1] > GAP) & (times > t[after - 1]) & (times < t[after])
-    poses[unknown] = np.nan
+    poses, unknown = at_times(times, truth[:, 0], truth[:, 1:])
     if unknown.any():
         notes.append(f"ground truth unknown at {unknown.sum()} of {len(times)} times (gaps longer than {GAP} s)")
     return poses
@@ -228,6 +225,9 @@ def _subjects(seen, barcodes, places, robots, notes):
     subjects, codes = barcodes[order].T
     at = np.searchsorted(codes, seen[:, 1]).clip(max=len(codes) - 1)
     subject = np.where(codes[at] == seen[:, 1], subjects[at], 0).astype(int)
+    if len(seen) and (subject > 0).mean() < 0.5 < np.isin(seen[:, 1], subjects).mean():
+        subject = seen[:, 1].astype(int)
+        notes.append("the measurements have subjects in place of barcodes")
     other = np.isin(subject, ROBOTS)
     unknown = ~other & ~np.isin(subject, places[:, 0])
     impossible = seen[:, 2] <= 0

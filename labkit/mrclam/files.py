@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks.feedback import LabError
 from ..geometry import Array
+from ..recorded import DataError, text_of
 
 PUBLISHED = (
     "The UTIAS Multi-Robot Cooperative Localization and Mapping (MRCLAM) data sets are published at "
@@ -33,10 +33,11 @@ UNITS = {  # {unit: (what no robot in a hall reaches, the unit that such numbers
     "[rad/s]": (2 * np.pi, "degrees per second"),
 }
 BACK = 1.0  # [s] rows out of order by less than this are a logger's jitter and are sorted
-
-
-class DataError(LabError):
-    """A data file or folder is not what it should be; the text says what, where and what to do."""
+COURSE = re.compile(  # names of courses' copies: 'Odometry.csv', 'ds1_Measurement.dat', 'Robot2_Groundtruth.csv'
+    r"(?:[a-z0-9]+_)??(?:robot([1-5])_)?(odometry|control|measurement|groundtruth|landmark_groundtruth|barcodes)"
+    r"\.(?:csv|dat|txt)",
+    re.IGNORECASE,
+)
 
 
 def set_number(name: str | Path) -> int | None:
@@ -45,10 +46,30 @@ def set_number(name: str | Path) -> int | None:
     return int(found[1]) if found else None
 
 
-def read_table(path: str | Path) -> tuple[Array, list[str]]:
-    """One file of a set: its rows (n, columns) as numbers, and notes on what was put right.
+def standard(name: str) -> str | None:
+    """The published name of a file of a course's copy: 'Robot1_Odometry.dat' for 'Odometry.csv'; None for another."""
+    found = COURSE.fullmatch(name)
+    if not found:
+        return None
+    kind = found[2].title().replace("Control", "Odometry")
+    return f"{kind}.dat" if kind in ("Barcodes", "Landmark_Groundtruth") else f"Robot{found[1] or 1}_{kind}.dat"
 
-    Comments (#), a byte order mark and Windows line ends are fine, and so is a file without rows.
+
+def find_files(folder: Path) -> dict[str, Path]:
+    """{published name: the file} of a data set, or of a course's copy; the published name, then the shortest, first."""
+    paths = sorted((p for p in folder.glob("*.*") if p.is_file()), key=lambda p: (p.name not in FILES, len(p.name)))
+    files: dict[str, Path] = {}
+    for path in paths:
+        if name := standard(path.name):
+            files.setdefault(name, path)
+    return files
+
+
+def read_table(path: str | Path, name: str = "") -> tuple[Array, list[str]]:
+    """One file of a set, or of a course's copy: its rows (n, columns) as numbers, and notes on what was put right.
+
+    Comments (#), a byte order mark and Windows line ends are fine, and so is a file without rows.  So are commas or
+    semicolons between the numbers, and a line of words above them.
     Put right, with a note: a last line cut off in the middle is dropped, rows with NaN or infinity
     are dropped, rows less than `BACK` out of order are sorted by time.  Noted and left as they are: numbers
     too large for their unit.  DataError names the file and
@@ -56,13 +77,8 @@ def read_table(path: str | Path) -> tuple[Array, list[str]]:
     backwards by more (a clock that was set during the run: nothing tells what came first).
     """
     path, notes = Path(path), []
-    columns = FILES[path.name]
-    try:
-        *lines, rest = path.read_text(encoding="utf-8-sig").split("\n")
-    except UnicodeDecodeError:
-        raise DataError(f"{path} is not a plain text file: get the original file again") from None
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    columns = FILES[name or path.name]
+    *lines, rest = _without_commas(text_of(path).split("\n"), columns, path)
     if _is_row(rest, columns):
         lines.append(rest)
     elif rest.strip():
@@ -85,6 +101,24 @@ def read_table(path: str | Path) -> tuple[Array, list[str]]:
             rows = rows[np.argsort(rows[:, 0], kind="stable")]
             notes.append(f"{some(int((step < 0).sum()), 'row')} of {path.name} out of order: sorted by time")
     return rows, notes
+
+
+def _without_commas(lines, columns, path):
+    """The lines of a course's CSV as those of the published files: spaces for commas, its line of words left empty."""
+    top = "".join(line.split("#")[0] for line in lines[:20])
+    if path.suffix == ".dat" and not {",", ";"} & set(top):
+        return lines
+    marks = str.maketrans({",": ".", ";": " "} if ";" in top else {",": " "})
+    lines = [line.translate(marks) for line in lines]
+    first = next((k for k, line in enumerate(lines) if line.split("#")[0].strip()), None)
+    if first is not None and not _is_row(lines[first], columns) and re.match(r"\s*[\"'A-Za-z]", lines[first]):
+        if unit := re.search(r"(?<![A-Za-z])(mm|cm|ms|deg|degrees)(?![A-Za-z])", lines[first]):
+            due = ", ".join(columns)
+            raise DataError(f"{path}: line {first + 1} has a column in {unit[1]}; those of MRCLAM are {due}")
+        lines[first] = ""
+    if columns[0] == "subject" and len(columns) == 5:  # a copy may leave out the last two, which nothing uses
+        lines = [line + " 0 0" if len(line.split()) == 3 and "#" not in line else line for line in lines]
+    return lines
 
 
 def _doubts(rows, columns, path):
@@ -179,10 +213,11 @@ def overlap(*tables: Array) -> tuple[float, float]:
 def first_stamp(folder: str | Path, own: float) -> float:
     """Stamp [s] of the first ground truth of any robot of the set; `own` is that of one robot."""
     stamps = [own]
-    for path in Path(folder).glob("Robot[1-5]_Groundtruth.dat"):
+    for path in [path for name, path in find_files(Path(folder)).items() if re.match("Robot._Ground", name)]:
         try:
             with open(path, encoding="utf-8-sig") as file:
-                stamps.append(float(next(line for line in file if line[0] not in "#\n").split()[0]))
-        except (OSError, ValueError, StopIteration, IndexError):
+                starts = (re.match(r"\s*[-+.\de]+(?=[\s,;])", line) for line in file)
+                stamps.append(float(next(start[0] for start in starts if start)))
+        except (OSError, ValueError, StopIteration):
             continue  # another robot's spoilt file: told when that robot is read
     return np.nanmin(stamps)

@@ -17,7 +17,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path, PurePosixPath
 
-from .files import FILES, PUBLISHED, DataError, set_number, verify
+from ..recorded import DataError, folder
+from . import others
+from .files import FILES, PUBLISHED, set_number, standard, verify
 
 DEEP = 3  # how many folders below PATH are searched
 LARGEST, LARGEST_ZIP, ENTRIES = 2**26, 2**30, 2000  # bytes unpacked (all of set 7: 27 MB), files in a zip
@@ -26,15 +28,6 @@ _BROKEN = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, ValueError, N
 
 class DataMissingError(DataError):
     """A path that leads to nothing that can be read as a data set."""
-
-
-def folder() -> Path:
-    """The data folder (which need not exist): $LABKIT_DATA, or `data` in the project or current folder."""
-    named = os.environ.get("LABKIT_DATA")
-    if named:
-        return Path(named).expanduser()
-    project = Path(__file__).resolve().parents[2]
-    return (project if (project / "notebooks").is_dir() else Path.cwd()) / "data"
 
 
 def find(name: str) -> Path | None:
@@ -58,6 +51,7 @@ def main(paths: Sequence[str]) -> int:
     if not paths:
         there = [find(f"MRCLAM_Dataset{i}") for i in range(1, 10)]
         print(f"The data folder is {folder()}.")
+        there += sorted(steps.parent for steps in folder().glob("*/steps.csv"))
         print("\n".join(f"  {place}" for place in there if place) or "  It holds no data set yet.")
         print(f"{PUBLISHED}\nDownload one, then: labkit data PATH")
     return code
@@ -87,12 +81,21 @@ def take_in(path: str | Path) -> list[str]:
 
 def _take_all(sets, path):
     """Take in `sets`, a list of (folder name, {file name: function that opens it}): a sentence for each."""
+    sets = [(name, files) for name, files in sets if files.keys() & FILES.keys() or others.known(files)]
     if not sets:
         raise DataMissingError(
-            f"{path} has no MRCLAM data set: no files like Robot1_Odometry.dat were found in it. {PUBLISHED}"
+            f"{path} has no MRCLAM data set: no files like Robot1_Odometry.dat were found in it, "
+            f"and none of a single run: Odometry.csv, sensor_data.dat or steps.csv. {PUBLISHED}"
         )
     said, failed = [], []
     for name, files in sets:
+        files, whole = _published(files)
+        if not whole and others.known(files):
+            try:
+                said += others.take(name or path.stem, files)
+            except DataError as error:
+                failed.append(f"{error}\nIt was not taken in from {path}.")
+            continue
         number = set_number(name) or (set_number(path.name) if len(sets) == 1 else None)
         if number is None:
             failed.append(
@@ -107,6 +110,14 @@ def _take_all(sets, path):
     if failed:
         raise DataError("\n".join(said + failed))
     return said
+
+
+def _published(files):
+    """The files, by their published names where these or a course's copies are a whole set; whether they are one."""
+    if any(name.startswith("Robot") for name in files if name in FILES):
+        return {name: opened for name, opened in files.items() if name in FILES}, True
+    named = {standard(name): opened for name, opened in files.items() if standard(name)}
+    return (named, True) if named.keys() >= FILES.keys() else (files, False)
 
 
 def _take_one(name, files):
@@ -139,7 +150,7 @@ def _in_folder(path):
     """The data sets in a folder: a list of (name, {file name: function that opens it})."""
     sets = []
     for place, folders, names in os.walk(path):
-        files = {name: partial(open, Path(place, name), "rb") for name in names if name in FILES}
+        files = {name: partial(open, Path(place, name), "rb") for name in names if others.wanted(name)}
         if files:
             sets.append((Path(place).resolve().name, files))
         depth = len(Path(place).relative_to(path).parts)
@@ -159,7 +170,7 @@ def _opened(path):
 def _in_zip(archive, path):
     """The data sets in a zip, as `_in_folder` gives them; DataMissingError for one that plays tricks.
 
-    Only the plain names in FILES are ever written, so no entry can choose its place; that the others
+    Only plain names that are known are ever written, so no entry can choose its place; that the others
     are refused too is because a data set with such entries is none.
     """
     entries = archive.infolist()
@@ -176,7 +187,7 @@ def _in_zip(archive, path):
             problem = "it is protected by a password"
         elif place in seen and not entry.is_dir():
             problem = f"'{entry.filename}' is in it twice"
-        elif place.name in FILES and "__MACOSX" not in place.parts:
+        elif others.wanted(place.name) and "__MACOSX" not in place.parts:
             if entry.file_size > LARGEST:
                 problem = f"'{entry.filename}' unpacks to {entry.file_size / 2**20:.0f} MB, far too much"
             if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from labkit import mrclam
+from labkit import mrclam, recorded
 from labkit.mrclam import example, install
-from labkit.mrclam.files import FILES, DataError, set_number, verify
+from labkit.mrclam.files import FILES, set_number, verify
+from labkit.recorded import DataError
 
 from helpers.real_data import set7
 
@@ -62,7 +63,7 @@ def test_where_the_data_folder_is(tmp_path, monkeypatch):
     monkeypatch.setenv("LABKIT_DATA", "~/somewhere")
     assert install.folder() == Path.home() / "somewhere"
     monkeypatch.setenv("LABKIT_DATA", "")
-    monkeypatch.setattr(install, "__file__", str(tmp_path / "project" / "labkit" / "mrclam" / "install.py"))
+    monkeypatch.setattr(recorded, "__file__", str(tmp_path / "project" / "labkit" / "recorded" / "__init__.py"))
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     assert install.folder() == tmp_path / "elsewhere" / "data"

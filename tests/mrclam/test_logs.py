@@ -9,7 +9,8 @@ import pytest
 import labkit.metrics as metrics
 from labkit import make_filter, mrclam, replay, wrap
 from labkit.mrclam import example
-from labkit.mrclam.files import FILES, DataError, read_table, write_set
+from labkit.mrclam.files import FILES, read_table, write_set
+from labkit.recorded import DataError
 
 from helpers.real_data import set7
 from helpers.reference import solution
