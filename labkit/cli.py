@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from . import __version__
 
 UNREADABLE = 2
-FULL = ("build", "grade", "mark", "new", "release", "sandbox", "similar", "term")  # the commands of labkit/instructor
+FULL = ("build", "export", "grade", "mark", "new", "release", "sandbox", "similar", "term")  # of labkit/instructor
 
 
 def main(argv: Sequence[str] | None = None) -> int:

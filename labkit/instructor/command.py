@@ -28,6 +28,7 @@ from .sandbox.launch import Sandbox
 from .trouble import sentence, why
 
 GRADED, SOME_NOT, CANNOT = 0, 1, 2
+OUTPUT = "labkit.instructor.report.output"  # it loads matplotlib
 KEPT = "The marks so far are kept: the same command goes on from here."
 
 
@@ -67,22 +68,39 @@ def grade(args: Namespace) -> int:
         book = stack.enter_context(contextlib.closing(Gradebook(out / "gradebook.db", args.seed)))
         book.set_paper(paper.lab, paper.digest, paper.checks)
         take_hand_marks(book, out / "grades.csv")
+        fill(book, paper, args, course, threading.Thread(target=importlib.import_module, args=(OUTPUT,)))
+        return write_out(book, paper, out, args, course)
+
+
+def fill(
+    book: Gradebook,
+    paper: Paper,
+    args: Namespace,
+    course: policy.Course | None = None,
+    meanwhile: threading.Thread | None = None,
+) -> None:
+    """Grade what was handed in and is not graded yet, into the gradebook. Raises CommandError.
+
+    course: its file's rules;  meanwhile: what may run while the processes work.
+    """
+    with contextlib.ExitStack() as stack:
         folder = stack.enter_context(temporary("class"))
         os.chmod(folder, 0o700)
         with Submissions(args.submissions) as submissions, book:
             jobs, notes = register(book, paper, submissions, args, folder, course)
         for note in notes:
             print(f"Note: {clean(note)}")
-        loading = threading.Thread(target=importlib.import_module, args=("labkit.instructor.report.output",))
-        if jobs:
-            # The processes load while the sandboxes are tried out, and matplotlib while they work.
-            here = stack.enter_context(pool.Local(args.jobs)) if not args.scheduler else None
-            sandbox = choose(args)
-            book.set_level([job.id for job in jobs], sandbox.level)
-            loading.start()
-            work(book, paper, sandbox, jobs, here, args)
-            loading.join()
-        return write_out(book, paper, out, args, course)
+        if not jobs:
+            return
+        # The processes load while the sandboxes are tried out, and matplotlib while they work.
+        here = stack.enter_context(pool.Local(args.jobs)) if not args.scheduler else None
+        sandbox = choose(args)
+        book.set_level([job.id for job in jobs], sandbox.level)
+        if meanwhile:
+            meanwhile.start()
+        work(book, paper, sandbox, jobs, here, args)
+        if meanwhile:
+            meanwhile.join()
 
 
 def write_out(book: Gradebook, paper: Paper, out: Path, args: Namespace, course: policy.Course | None = None) -> int:

@@ -7,6 +7,8 @@ from datetime import date, datetime, time
 from pathlib import Path
 from typing import Any
 
+from .export import KINDS
+
 LEAST, MOST = 0.1, 36_000  # seconds: below, no right answer has the time to be right
 
 
@@ -34,6 +36,18 @@ def add(commands: Any) -> None:
     new = commands.add_parser("new", help="begin a lab of your own (instructors)")
     new.add_argument("name", metavar="NAME", help="two digits and a name, such as 09_my_lab")
     new.set_defaults(run=_new)
+    _add_export(commands)
+
+
+def _add_export(commands):
+    one = commands.add_parser("export", help="make labs for nbgrader, Gradescope or GitHub Classroom (instructors)")
+    one.add_argument("kind", choices=KINDS, help="for which of them")
+    one.add_argument("labs", nargs="+", metavar="LAB", help="such as 01_cartesian_ekf")
+    one.add_argument("out", metavar="OUT", help="the folder to write into")
+    one.add_argument("--force", action="store_true", help="write over an older export")
+    one.add_argument("--weak-sandbox", action="store_true", help="as for labkit grade, where that grader runs")
+    one.add_argument("--trust-students", action="store_true", help="the same")
+    one.set_defaults(run=_export)
 
 
 def _add_grade(commands):
@@ -202,6 +216,12 @@ def _release(args):
     from .policy import variants
 
     return variants.main(Path(args.out), args.force, args.variants or "", args.roster)
+
+
+def _export(args):
+    from .export import command
+
+    return command.main(args)
 
 
 def _sandbox(args):

@@ -7,6 +7,7 @@ import re
 import stat
 import sys
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import TypeAlias
 
@@ -38,7 +39,7 @@ FILES = (
 WING = "labkit/instructor"
 README = "labkit/instructor/authoring/student_readme.md"
 
-_CHECK = re.compile(r"""^check\(\s*["']([\w-]+)["']""", re.M)
+CHECK = re.compile(r"""^check\(\s*["']([\w-]+)["']""", re.M)
 
 
 def main(out: Path | str, force: bool = False, course: str = "") -> int:
@@ -65,9 +66,7 @@ def release(root: Path | str, out: Path | str, force: bool = False, own: str = "
     zipped = out.name.lower().endswith(".zip")
     try:
         _refuse_taken(out, zipped, force)
-        kit = collect(root)
-        if problems := list(leaks(_scripts(root), kit)):
-            raise CommandError("\n".join(["Nothing was written, as students would get too much:", *problems]))
+        kit = proven(root)
         if own:
             kit[f"notebooks/{variant.FILE}"] = own.encode(), 0o644
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -76,6 +75,14 @@ def release(root: Path | str, out: Path | str, force: bool = False, own: str = "
         what = f"{error.filename or out} cannot be read or written"
         raise CommandError(f"{what}: {why(error)}.") from None
     return sorted(kit)
+
+
+def proven(root: Path, labs: Collection[str] = ()) -> Kit:
+    """The students' kit, searched: all of it, or with no other labs than these. Raises CommandError and OSError."""
+    kit = collect(root)
+    if problems := list(leaks(_scripts(root), kit)):
+        raise CommandError("\n".join(["Nothing was written, as students would get too much:", *problems]))
+    return collect(root, labs) if labs else kit
 
 
 def _refuse_taken(out, zipped, force):
@@ -92,9 +99,9 @@ def _refuse_taken(out, zipped, force):
 # What is in it --------------------------------------------------------------------------------
 
 
-def collect(root: Path) -> Kit:
-    """All that students get. Raises CommandError and OSError."""
-    labs = [script.stem for script in _scripts(root)]
+def collect(root: Path, labs: Collection[str] = ()) -> Kit:
+    """All that students get, by default of all labs. Raises CommandError and OSError."""
+    labs = [script.stem for script in _scripts(root) if not labs or script.stem in labs]
     own = [
         path.relative_to(root).as_posix() for path in (root / "labkit").rglob("*") if path.suffix in (".py", ".toml")
     ]
@@ -104,7 +111,7 @@ def collect(root: Path) -> Kit:
     kit = {path: _take(root / path) for path in paths}
     cells = {path: released(path, kit[path][0]) for path in notebooks}
     # Only the checks that the notebooks call: what the graded ones know stays here.
-    for check in {name for each in cells.values() for cell in each for name in _CHECK.findall(cell.source)}:
+    for check in {name for each in cells.values() for cell in each for name in CHECK.findall(cell.source)}:
         path = f"labkit/checks/data/{check}.json"
         kit[path] = _take(root / path)
     titles = [cells[path][0].source.partition("\n")[0].lstrip("# ") for path in notebooks]
