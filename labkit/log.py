@@ -129,7 +129,7 @@ class Log:
         truth.csv         time [s], x [m], y [m], heading [rad], empty where unknown; may lack, and so may the heading
         about.json        name, frame, range, Q, R, notes, others (ids of what is no landmark); each of them may lack
 
-        Raises ValueError for what cannot be saved, or if there is something in the folder.
+        Raises ValueError for what cannot be saved, or if the folder is there already.
         """
         from .recorded.plain import save
 

@@ -92,7 +92,7 @@ def _take_all(sets, path):
         files, whole = _published(files)
         if not whole and others.known(files):
             try:
-                said += others.take(name or path.stem, files)
+                said += others.take(path.stem if name in ("", "data") else name, files)
             except DataError as error:
                 failed.append(f"{error}\nIt was not taken in from {path}.")
             continue

@@ -41,7 +41,7 @@ NEEDED = ("steps.csv", "measurements.csv", "landmarks.csv")
 
 def save(log: Any, folder: str | Path) -> Path:
     """Write a Log into a new folder, whose path is given back; ValueError for what the plain form does not hold."""
-    folder = Path(folder)
+    folder = Path(folder).expanduser()
     ways = {(3, "robot"): 0, (3, "world"): 0, (2, "robot"): 1, (2, "world"): 2}
     way = ways.get((log.controls.shape[1], log.frame))
     if way is None or not len(log) or (log.truth is not None and log.truth.shape[1] not in (2, 3)):
@@ -51,8 +51,8 @@ def save(log: Any, folder: str | Path) -> Path:
         i for i in (*ids, *seen) if not isinstance(i, Integral | str) or as_id(" ".join(str(i).split())) != i
     ]:
         raise ValueError(f"an id must be a whole number or a name to be saved, but one is {strange[0]!r}")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ValueError(f"there is something in {folder} already: name a new folder, so that nothing is lost")
+    if folder.exists():
+        raise ValueError(f"there is a {folder} already: name a new folder, so that nothing is lost")
     folder.parent.mkdir(parents=True, exist_ok=True)
     others = sorted({*seen} - {*ids}, key=str)
     about = {name: getattr(log, name) for name in ABOUT if name != "others"} | {"others": others}
@@ -73,8 +73,6 @@ def save(log: Any, folder: str | Path) -> Path:
             fields(new)
         except DataError as error:  # say, a heading that counts on from turn to turn
             raise ValueError(f"such a run is not saved: {str(error).replace(str(new), folder.name)}") from None
-        if folder.exists():
-            folder.rmdir()
         shutil.move(new, folder)
     return folder
 
@@ -82,7 +80,9 @@ def save(log: Any, folder: str | Path) -> Path:
 def fields(folder: Path) -> dict[str, Any]:
     """The fields of the Log in a folder of the plain form; DataError names the file and the line of what is wrong."""
     if lacking := [name for name in NEEDED if not (folder / name).is_file()]:
-        raise DataError(f"{folder} lacks {', '.join(lacking)}: `help(Log.save)` says what is in them")
+        raise DataError(
+            f"{folder} lacks {', '.join(lacking)}: `help(Log.save)` says what is in them (MRCLAM's: mrclam.read)"
+        )
     about = _about(folder / "about.json")
     steps = read(folder / "steps.csv", STEPS)
     seen, landmarks = read(folder / "measurements.csv", SEEN), read(folder / "landmarks.csv", [PLACES])
@@ -146,8 +146,8 @@ def _about(path):
     """What about.json says, {} if there is none."""
     try:
         about = json.loads(text_of(path)) if path.exists() else {}
-    except json.JSONDecodeError as error:
-        raise DataError(f"{path}, line {error.lineno}: this is no JSON: {error.msg}") from None
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{path}, line {getattr(error, 'lineno', 1)}: this is no JSON: {error}") from None
     strange = set(about) - set(ABOUT) if isinstance(about, dict) else {"no keys"}
     if strange:
         raise DataError(f"{path} has {', '.join(map(repr, sorted(strange)))}, but it may have {', '.join(ABOUT)} only")

@@ -52,7 +52,7 @@ class Table:
 
 def as_id(text: str) -> int | str:
     """An id as it stands in a file: a whole number, or else a name."""
-    return int(text) if re.fullmatch(r"-?\d+", text) else text
+    return int(text) if re.fullmatch(r"-?\d{1,18}", text) else text
 
 
 def read(path: Path, choices: Iterable[Sequence[str]]) -> Table:
@@ -64,7 +64,10 @@ def read(path: Path, choices: Iterable[Sequence[str]]) -> Table:
     text = text_of(path)
     semicolons = ";" in text.split("\n", 1)[0]  # a spreadsheet's export where a comma is the decimal point
     reader = csv.reader(text.splitlines(), delimiter=";" if semicolons else ",")
-    lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if any(map(str.strip, cells))]
+    try:
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if any(map(str.strip, cells))]
+    except csv.Error as error:
+        raise DataError(f"{path}, line {reader.line_num}: this is no CSV: {error}") from None
     number, header = lines[0] if lines else (1, [])
     columns, spots = _columns(path, number, header, [tuple(choice) for choice in choices])
     ids: list[int | str] = []

@@ -1,6 +1,7 @@
 """Runs as files: saved and loaded to the last bit, Freiburg's log localized on, and a sentence for each fault."""
 
 import re
+import shutil
 from dataclasses import fields, replace
 
 import numpy as np
@@ -95,7 +96,6 @@ def test_what_cannot_be_saved_is_told_and_nothing_is_lost(tmp_path):
     ):
         turning.save(tmp_path / "on")
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match="name a new folder, so that nothing is lost"):
         log.save(tmp_path / "mine")
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
@@ -181,6 +181,7 @@ def test_truth_with_times_of_its_own_is_interpolated_the_short_way_round(plain):
         ("landmarks", "3,2,1\ndoor,-1.5,4", "3,2000,1000\ndoor,-1500,4000", r"landmarks .* apart: in \[mm\]\?"),
         ("landmarks", "2,1", "2,", r"landmarks.csv, line 2: a landmark's place must be known"),
         ("truth", "0.5,0.1", "0,0.1", r"truth.csv, line 3: time \[s\] is 0, which is not after"),
+        ("truth", "0.5,0.1", "\0,0.1", r"truth.csv, line 3: "),
         ("truth", "0.02,0.1", "0.02,57", r"truth.csv, line 5: heading \[rad\] is 57: is it in deg\?"),
     ],
 )  # fmt: skip
@@ -193,6 +194,7 @@ def test_each_fault_has_its_sentence_with_file_and_line(plain, file, old, new, t
     "about, told",
     [
         ("{", r"about.json, line 1: this is no JSON"),
+        (f'{{"range": {"9" * 5000}}}', r"about.json, line 1: this is no JSON"),
         ("[]", r"about.json has 'no keys', but it may have name"),
         ('{"Frame": "robot"}', r"about.json has 'Frame', but"),
         ('{"frame": "world"}', r"with such steps frame is 'robot', not 'world'"),
@@ -372,17 +374,18 @@ def said_by(capsys, *paths):
 
 def test_labkit_data_takes_each_form_in_and_says_how_it_is_loaded(published, tmp_path, data, capsys):
     copy = copied(published, tmp_path / "a course", HEADERS["words"])
-    (tmp_path / "freiburg").mkdir()
-    freiburg(tmp_path / "freiburg", steps=20)
+    (tmp_path / "data").mkdir()
+    freiburg(tmp_path / "data", steps=20)
+    shutil.make_archive(str(tmp_path / "freiburg"), "zip", tmp_path, "data")
     own = record("rb").save(tmp_path / "our robot")
-    code, said = said_by(capsys, copy, tmp_path / "freiburg", own)
+    code, said = said_by(capsys, copy, tmp_path / "freiburg.zip", own)
     assert code == 0, said
     assert "a course: a course's copy of MRCLAM, 140 steps in 14 s, 15 landmarks" in said
     assert "freiburg: the log of Freiburg's course, 20 steps" in said and "note: no clock in the log" in said
     assert "our robot: a run in the plain form, 160 steps" in said and str(data / "our robot") in said
     for name, due in {
         "a course": mrclam.read(copy),
-        "freiburg": Log.load(tmp_path / "freiburg"),
+        "freiburg": replace(Log.load(tmp_path / "data"), name="freiburg"),
         "our robot": record("rb"),
     }.items():
         assert f"log = Log.load({name!r})" in said
