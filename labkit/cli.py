@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from . import __version__
 
 UNREADABLE = 2
-FULL = ("build", "export", "grade", "mark", "new", "release", "sandbox", "similar", "term")  # of labkit/instructor
+# The commands of labkit/instructor.
+FULL = ("build", "export", "grade", "mark", "new", "release", "sandbox", "similar", "site", "term")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -33,6 +33,11 @@ def add(commands: Any) -> None:
     build.add_argument("--no-run", action="store_true", help="do not run the solutions")
     build.set_defaults(run=_build)
 
+    show = commands.add_parser("site", help="make the course's site, which needs no server (instructors)")
+    show.add_argument("out", metavar="OUT", help="a new folder")
+    show.add_argument("--lite", action="store_true", help="with the students' kit in the browser (JupyterLite)")
+    show.set_defaults(run=_site)
+
     new = commands.add_parser("new", help="begin a lab of your own (instructors)")
     new.add_argument("name", metavar="NAME", help="two digits and a name, such as 09_my_lab")
     new.set_defaults(run=_new)
@@ -228,6 +233,12 @@ def _sandbox(args):
     from .sandbox import choose
 
     return choose.table()
+
+
+def _site(args):
+    from .site import command
+
+    return command.main(args.out, args.lite)
 
 
 def _build(args):

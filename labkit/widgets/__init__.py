@@ -178,6 +178,7 @@ def player(canvas: Canvas, steps: Iterable[int], draw: Callable[[int], str], log
     slider.observe(lambda change: screen.show(frames[change["new"]], texts[change["new"]]), "value")
     screen.show(frames[0], texts[0])
     screen.keep(f"{len(log)} steps of {log.name}", lambda: last)
+    screen.film = lambda: [(draw(k), canvas.image())[1] for k in steps]
     return screen
 
 

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Self
 
 import ipywidgets as w
+from PIL.Image import Image
 
 from ..canvas import Canvas
 from ..checks.feedback import FilterError
@@ -42,6 +43,7 @@ class Screen(Kept):
         # widget would come on top of the 100 % and call for a scroll bar.
         layout = w.Layout(max_width="100%", align_self="flex-start", margin="0")
         self.image, self.text = w.Image(format="jpeg", layout=layout), w.HTML()
+        self.film: Callable[[], list[Image]] | None = None  # of an animation: makes its pictures, without loss
         super().__init__([*controls, self.image, self.text])
 
     def show(self, jpeg: bytes, text: str) -> None:

@@ -46,7 +46,9 @@ def _tidy(element: Element, depth: int = 0) -> None:
     if element.tag not in _TAGS or depth > DEEPEST:
         raise ValueError(element.tag)
     text = element.text or ""
-    if element.tag != "mtext":
+    if element.tag == "mtext":
+        text = text.replace("&#x000A0;", "\xa0")  # so it writes each space
+    else:
         text = html.unescape(text)  # signs come as entities
         if "\\" in text:
             raise ValueError(text)  # a command that it does not know

@@ -1,0 +1,62 @@
+"""`labkit site`: pages are written as Markdown into a temporary folder, and Sphinx makes the site of them."""
+
+import importlib.util
+import shutil
+import sys
+from pathlib import Path
+
+from ..authoring.release import ROOT
+from ..folders import temporary
+from ..records import CommandError
+from ..trouble import sentence
+
+NEEDS = {"site": ("sphinx", "myst_parser", "furo"), "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel")}
+UNTRIED = """\
+In OUT/lite is JupyterLab without a server: publish the folder, or serve it with `python3 -m http.server`. Its
+Python (Pyodide) comes from cdn.jsdelivr.net, so whoever opens it needs the internet; try one lab before a class does.\
+"""
+
+
+def main(out: str, lite: bool = False) -> int:
+    """Make the site in a new folder; returns the exit status.
+
+    lite: whether the students' kit comes with it as JupyterLite.
+    """
+    try:
+        site(ROOT, Path(out), lite)
+    except CommandError as problem:
+        print(f"labkit site: {problem}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"labkit site: {sentence(error)}", file=sys.stderr)
+        return 2
+    print(f"{out}: open index.html; it needs no server and asks nothing of the internet.")
+    if lite:
+        print(UNTRIED.replace("OUT", out))
+    return 0
+
+
+def site(root: Path, out: Path, lite: bool = False) -> None:
+    """Make the site of the project in `root` in the folder `out`, new or empty. Raises CommandError and OSError."""
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise CommandError(f"{out} is there already: name a new folder. Nothing is deleted.")
+    for extra in ("site", *(["lite"] if lite else [])):
+        _need(extra)
+    from . import lite as browser, pages, sphinx
+
+    with temporary("site") as scratch:
+        written, made = Path(scratch) / "pages", Path(scratch) / "site"
+        pages.write(root, written, lite)
+        sphinx.build(written, made)
+        if lite:
+            browser.build(root, made / "lite", Path(scratch))
+        out.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(made, out, dirs_exist_ok=True)
+
+
+def _need(extra):
+    missing = [name for name in NEEDS[extra] if not importlib.util.find_spec(name)]
+    if missing:
+        raise CommandError(
+            f"{', '.join(missing)} cannot be found. In the folder of the full kit, `pip install '.[{extra}]'` gets it."
+        )

@@ -1,0 +1,65 @@
+"""JupyterLite: the students' kit in a browser, by way of Pyodide, with nothing installed.
+
+What can be tried without the internet is: that it builds, that it opens, and (in the tests) that what labs import
+needs nothing that Pyodide lacks. Pyodide itself comes from its own place on the web when a page is opened.
+"""
+
+import importlib.metadata
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..authoring.release import release
+from ..records import CommandError
+
+ABSENT = ("jupyterlab", "psutil")  # JupyterLite is the one; the command line only needs the other
+WHEELS = ("filterpy", "ipywidgets", "jupyterlab_widgets", "widgetsnbextension")  # pure Python, not in Pyodide
+INSTALL = "%pip install -q robot-localization-labkit"
+FIRST: dict[str, Any] = {
+    "cell_type": "code",
+    "execution_count": None,
+    "id": "lite",
+    "metadata": {},
+    "outputs": [],
+    "source": f"# In the browser: gets the kit, once for each start of the kernel; it takes a minute.\n{INSTALL}",
+}
+
+
+def build(root: Path, out: Path, scratch: Path) -> None:
+    """Make JupyterLite with the students' kit of the project in `root` in `out`. Raises CommandError and OSError.
+
+    scratch: a folder for what is needed on the way.
+    """
+    kit, wheels, contents = scratch / "kit", scratch / "wheels", scratch / "contents"
+    release(root, kit)
+    wheels.mkdir()
+    pin(kit / "pyproject.toml")
+    _run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(wheels)], kit)
+    pinned = [f"{name}=={importlib.metadata.version(name)}" for name in WHEELS]
+    _run([sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(wheels), *pinned], scratch)
+    contents.mkdir()
+    for path in sorted((kit / "notebooks").glob("*.ipynb")):
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        notebook["cells"].insert(0, FIRST)
+        (contents / path.name).write_text(json.dumps(notebook, indent=1, ensure_ascii=False), encoding="utf-8")
+    line = [sys.executable, "-m", "jupyter", "lite", "build", "--apps", "lab", "--no-unused-shared-packages"]
+    line += ["--contents", str(contents), "--output-dir", str(out)]
+    _run(
+        [*line, *(part for wheel in sorted(wheels.glob("*.whl")) for part in ("--piplite-wheels", str(wheel)))], scratch
+    )
+
+
+def pin(project: Path) -> None:
+    """Leave out of a pyproject.toml what the browser has no use for, so that nothing asks for it there."""
+    text = project.read_text(encoding="utf-8")
+    project.write_text(re.sub(rf'(?m)^ *"({"|".join(ABSENT)})\b.*\n', "", text), encoding="utf-8")
+
+
+def _run(line, folder):
+    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        told = "\n".join((done.stdout + done.stderr).strip().splitlines()[-8:])
+        raise CommandError(f"`{' '.join(line[1:5])} ...` stopped:\n{told}")
