@@ -5,6 +5,7 @@ and mapping dataset", IJRR 30(8), 969-974, 2011.
 """
 
 import re
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -108,6 +109,8 @@ def _without_commas(lines, columns, path):
     top = "".join(line.split("#")[0] for line in lines[:20])
     if path.suffix == ".dat" and not {",", ";"} & set(top):
         return lines
+    if top.startswith((",", '"",')):  # pandas' numbers of the rows
+        lines = [line.partition(",")[2] for line in lines]
     marks = str.maketrans({",": ".", ";": " "} if ";" in top else {",": " "})
     lines = [line.translate(marks) for line in lines]
     first = next((k for k, line in enumerate(lines) if line.split("#")[0].strip()), None)
@@ -213,11 +216,11 @@ def overlap(*tables: Array) -> tuple[float, float]:
 def first_stamp(folder: str | Path, own: float) -> float:
     """Stamp [s] of the first ground truth of any robot of the set; `own` is that of one robot."""
     stamps = [own]
-    for path in [path for name, path in find_files(Path(folder)).items() if re.match("Robot._Ground", name)]:
+    for name, path in [pair for pair in find_files(Path(folder)).items() if re.match("Robot._Ground", pair[0])]:
         try:
             with open(path, encoding="utf-8-sig") as file:
-                starts = (re.match(r"\s*[-+.\de]+(?=[\s,;])", line) for line in file)
-                stamps.append(float(next(start[0] for start in starts if start)))
-        except (OSError, ValueError, StopIteration):
+                lines = _without_commas(list(islice(file, 20)), FILES[name], path)
+            stamps.append(float(next(line for line in lines if line.strip() and line[0] != "#").split()[0]))
+        except (OSError, ValueError, StopIteration, DataError):
             continue  # another robot's spoilt file: told when that robot is read
     return np.nanmin(stamps)

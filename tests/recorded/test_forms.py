@@ -7,11 +7,12 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from labkit import Log, Map, load_answer, make_filter, mrclam, replay, wrap
+from labkit import Log, Map, load_answer, make_filter, metrics, mrclam, replay, wrap
 from labkit.legged import LeggedRobot, Noise
 from labkit.mrclam import example, install
 from labkit.mrclam.files import FILES
 from labkit.recorded import DataError
+from labkit.team import of_logs
 from labkit.world import Landmark
 
 from helpers.reference import ROOT, record
@@ -78,6 +79,13 @@ def test_what_is_saved_is_loaded_to_the_last_bit(published, tmp_path):
         place = log.save(tmp_path / "far" / name)
         assert same(log, Log.load(place)), name
         assert [p.name for p in place.parent.iterdir() if p.name.startswith(".")] == []
+
+
+def test_a_teams_run_is_saved_as_its_members_runs(published, tmp_path):
+    team = of_logs([mrclam.with_odometry(mrclam.read(published, r, robots=True)) for r in (1, 2, 3)])
+    places = [log.save(tmp_path / f"robot {i}") for i, log in zip(team.ids, team.logs)]
+    again = of_logs([Log.load(place) for place in places])
+    assert all(same(a, b) for a, b in zip(team.logs, again.logs))
 
 
 def test_what_cannot_be_saved_is_told_and_nothing_is_lost(tmp_path):
@@ -305,6 +313,7 @@ HEADERS = {  # as found in courses' copies; the last has none
     "a comment": dict.fromkeys(KINDS, "# Time [s]    Subject #    x [m] ,,,,"),
     "none": dict.fromkeys(KINDS),
 }
+HEADERS["pandas"] = {kind: f",{words}" for kind, words in HEADERS["words"].items()}
 
 
 def copied(published, place, header=None, robot=1, name="{}.csv", comma=",", end="\n"):
@@ -313,6 +322,8 @@ def copied(published, place, header=None, robot=1, name="{}.csv", comma=",", end
     for kind in KINDS:
         source = f"Robot{robot}_{kind}.dat" if f"Robot1_{kind}.dat" in FILES else f"{kind}.dat"
         lines = [comma.join(line.split()) for line in (published / source).read_text().splitlines() if line[0] != "#"]
+        if header is HEADERS["pandas"]:
+            lines = [f"{k},{line}" for k, line in enumerate(lines)]
         first = [header[kind]] if header and header[kind] else []
         (place / name.format(kind)).write_bytes(end.join([*first, *lines]).encode())
     return place
@@ -323,6 +334,7 @@ def copied(published, place, header=None, robot=1, name="{}.csv", comma=",", end
     [
         ("words", "{}.csv", ",", "\r\n"),
         ("words", "Cleaned_{}.csv", ", ", "\n"),
+        ("pandas", "{}.csv", ",", "\n"),
         ("a comment", "Robot1_{}.csv", ",", "\n"),
         ("none", "ds1_{}.dat", "\t", "\n"),
         ("none", "{}.TXT", ";", "\n"),
@@ -432,13 +444,14 @@ def test_what_the_page_shows_works(tmp_path, monkeypatch):
         if name:
             (tmp_path / "hall" / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    scope = {}
+    scope = {"EKF": load_answer("04_legged_robot", "EKF", ROOT / "solutions")}
     for text in [text for kind, _, text in blocks if kind == "python"]:
         exec(text, scope)
     log = Log.load("hall")
     assert (log.name, log.range, len(log.seen)) == ("our hall, Monday", 6.0, 3)
     assert np.isfinite(log.truth).all() and log.seen_step.tolist() == [0, 1, 1]
     np.testing.assert_allclose(log.controls[1], (0.2, np.deg2rad(5.7)))
-    assert same(Log.load("round the post"), scope["log"])
+    assert scope["log"].name == Log.load("round the post").name == "round the post"
+    assert metrics.rmse(scope["history"], scope["log"]) < 0.3
     offset = log.map[log.map.index(3)].p - log.truth[1, :2]
     np.testing.assert_allclose(log.seen[0], (np.hypot(*offset), np.arctan2(*offset[::-1]) - log.truth[1, 2]), atol=0.1)
