@@ -14,6 +14,7 @@ ROOMS = {
     "labkit.legged": "legged/*.py",
     "labkit.team": "team/*.py",
     "labkit.mrclam": "mrclam/*.py",
+    "labkit.recorded": "recorded/*.py",
     "labkit.checks": "checks/__init__.py",
     "labkit.guesses": "guesses/__init__.py",
     "labkit.notebook": "notebook/answers.py",

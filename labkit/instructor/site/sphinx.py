@@ -29,6 +29,7 @@ SETTINGS: dict[str, Any] = {
     "autodoc_preserve_defaults": True,
     "smartquotes": False,  # code and formulas stand in the texts
     "highlight_language": "text",
+    "suppress_warnings": ["misc.highlighting_failure"],  # a block of CSV is shown as it is
 }
 
 
