@@ -1,4 +1,4 @@
-"""The options of the instructors' commands, each with the function that runs it; `making` has those that make things."""
+"""The options of the instructors' commands, each with the function that runs it; `making` has the rest."""
 
 import argparse
 import math
