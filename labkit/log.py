@@ -122,12 +122,12 @@ class Log:
     def save(self, folder: str | Path) -> Path:
         """Write the run into a new folder as CSV files, from which `Log.load` gives it back to the last bit; the Path.
 
-        steps.csv         start [s], end [s]; forward [m/s], turn rate [rad/s], or vx [m/s], vy [m/s] in the world
+        steps.csv:        start [s], end [s]; forward [m/s], turn rate [rad/s], or vx [m/s], vy [m/s] in the world
                           frame, or ahead [m], left [m], turned [rad] of each step
-        measurements.csv  time [s], id; range [m], bearing [rad], or dx [m], dy [m]: of the step whose end is nearest
-        landmarks.csv     id, x [m], y [m]
-        truth.csv         time [s], x [m], y [m], heading [rad], empty where unknown; may lack, and so may the heading
-        about.json        name, frame, range, Q, R, notes, others (ids of what is no landmark); each of them may lack
+        measurements.csv: time [s], id; range [m], bearing [rad], or dx [m], dy [m]: of the step whose end is nearest
+        landmarks.csv:    id, x [m], y [m]
+        truth.csv:        time [s], x [m], y [m], heading [rad], empty where unknown; may lack, and so may the heading
+        about.json:       name, frame, range, Q, R, notes, others (ids of what is no landmark); each of them may lack
 
         Raises ValueError for what cannot be saved, or if the folder is there already.
         """
