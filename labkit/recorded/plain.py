@@ -130,8 +130,8 @@ def seen_in(seen: Table, times: Array, landmarks: Table, others: list | None = N
     reach, spread = abs(seen.rows[:, 1]), np.ptp(landmarks.rows, axis=0).max() if len(landmarks.rows) else 0.0
     if spread and len(reach):  # a thousandth or a thousandfold is no robot's, but another unit
         far = f"{landmarks.path.name} has landmarks up to {spread:.4g} m apart"
-        seen.check(reach > 100 * spread, f"{seen.columns[2]} is {{1:.6g}}, but {far}: is one of the two in [mm]?")
-        small = np.full(1, reach.max() * 500 < spread)
+        seen.check(reach / 100 > spread, f"{seen.columns[2]} is {{1:.6g}}, but {far}: is one of the two in [mm]?")
+        small = np.full(1, reach.max() < spread / 500)
         seen.check(small, f"nothing is farther away than {reach.max():.4g} m, but {far}: in [mm]?")
     kinds = " ".join({type(i).__name__ for i in seen.ids}) or "int"
     return {
