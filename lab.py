@@ -36,11 +36,12 @@ LAB_NEEDS, TEST_NEEDS = "requirements.txt", "tests/requirements.txt"
 # Files that pip copies into the environment, so that a change in them calls for a new set-up.
 COPIED = ("pyproject.toml", "labkit/jupyter/overrides.json")
 # What instructors run, with what the tests need too: pytest and nbval mark the notebooks.
-FULL = ("build", "export", "grade", "mark", "new", "release", "sandbox", "similar", "site", "term")
+FULL = ("build", "export", "grade", "handout", "mark", "new", "release", "sandbox", "similar", "site", "term")
 FULL_HELP = """\
   python3 lab.py test [ARGS]            run all tests; ARGS go to pytest
   python3 lab.py test --quick [ARGS]    run those that take a minute in all
-  python3 lab.py grade|mark|release|export|sandbox|similar|site|term|build|new ...   the labkit command, for instructors
+  python3 lab.py grade|mark|similar|term|sandbox ...   the labkit command, for those who grade
+  python3 lab.py release|handout|export|site|build|new ...   the same, for those who hand out
 """
 # How long the tests take on two quiet cores [s, minutes], to be measured anew when they change much.
 QUICK_TESTS, ALL_TESTS = 70, 12

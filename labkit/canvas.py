@@ -5,11 +5,14 @@ follow the hand redraws the moving artists over a stored background and encodes 
 """
 
 from io import BytesIO
+from threading import RLock
 from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
+
+DRAWING = RLock()  # matplotlib draws on one thread at a time; fonts and formulas are shared by all figures
 
 
 class Canvas:
@@ -44,8 +47,9 @@ class Canvas:
 
     def image(self) -> Image.Image:
         """The picture as it is now."""
-        self._draw()
-        return Image.frombuffer("RGBA", self.canvas.get_width_height(), self.canvas.buffer_rgba()).convert("RGB")
+        with DRAWING:
+            self._draw()
+            return Image.frombuffer("RGBA", self.canvas.get_width_height(), self.canvas.buffer_rgba()).convert("RGB")
 
     def jpeg(self) -> bytes:
         """Picture as JPEG bytes, quick to encode: for what changes often."""

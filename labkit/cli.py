@@ -12,7 +12,7 @@ from . import __version__
 
 UNREADABLE = 2
 # The commands of labkit/instructor.
-FULL = ("build", "export", "grade", "mark", "new", "release", "sandbox", "similar", "site", "term")
+FULL = ("build", "export", "grade", "handout", "mark", "new", "release", "sandbox", "similar", "site", "term")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

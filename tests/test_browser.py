@@ -106,6 +106,8 @@ def test_a_student_fills_in_a_lab_and_moves_a_slider(browser, server, lab):
         before, after = move_by_keyboard(page, explore)
         assert "RMSE" in before and before != after
         assert page.output(explore).get_by_text("filter's").count() >= 2  # a visible label for each slider
+        page.output(explore).get_by_role("slider", name="filter's Q").wait_for()  # and one that can be heard
+        page.output(explore).get_by_role("img", name="Picture").wait_for()
         page.run_all()
         page.wait_run_all()
         assert_sound(page)
@@ -134,6 +136,9 @@ def test_a_slider_follows_the_mouse_and_play_the_keyboard(browser, server):
         page.page.keyboard.press("ArrowRight")
         page.wait_pixels(image, before)
         output.get_by_text("step 1 of 160").wait_for()
+        output.get_by_role("slider", name="frame").wait_for()
+        output.get_by_role("button", name="Play or pause").press("Enter")
+        output.get_by_text("step 4 of 160").wait_for()
 
 
 def test_an_unfilled_lab_shows_the_sentence_in_place_of_the_picture(browser, server):

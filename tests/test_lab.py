@@ -526,7 +526,7 @@ def test_all_lists_of_needs_agree():
     lab, tests = (pins(name) for name in NEEDS)
     assert {pin.partition(" ;")[0] for pin in lab} < {pin.partition(" ;")[0] for pin in tests}
     conda = (ROOT / "environment.yml").read_text()
-    for need in project["dependencies"]:
+    for need in [*project["dependencies"], *project["optional-dependencies"]["lab"]]:
         name = re.match(r"[\w-]+", need)[0]
         assert any(pin.startswith(f"{name}==") for pin in lab)
         assert re.search(rf"^  - {name}\b", conda, re.MULTILINE)

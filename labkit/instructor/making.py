@@ -15,6 +15,11 @@ def add(commands: Any) -> None:
     make.add_argument("--class", dest="roster", metavar="CSV", help="with it: a zip for each student of this table")
     make.set_defaults(run=_release)
 
+    paper = commands.add_parser("handout", help="print labs as PDF, with room to write answers (instructors)")
+    paper.add_argument("labs", nargs="*", metavar="LAB", help="such as 01_cartesian_ekf (default: all)")
+    paper.add_argument("out", metavar="OUT", help="the folder for them")
+    paper.set_defaults(run=_handout)
+
     show = commands.add_parser("sandbox", help="show what this machine's sandboxes keep students' code from")
     show.set_defaults(run=_sandbox)
 
@@ -54,6 +59,12 @@ def _release(args):
     from .policy import variants
 
     return variants.main(Path(args.out), args.force, args.variants or "", args.roster)
+
+
+def _handout(args):
+    from .handout import command
+
+    return command.main(args.labs, args.out)
 
 
 def _export(args):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..checks.feedback import LabError
-from .read import read
+from .read import Cell, read
 
 
 class EarlierLabError(LabError):
@@ -20,8 +20,9 @@ class EarlierLabError(LabError):
 def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     """The object `name` (say, the class KF) that the notebook `<lab>.ipynb` leaves, as it was last saved.
 
-    Looks in `folder`, by default the current one, which is the notebook's own. Prints a note if the
-    answer does not pass its check, and nothing otherwise.
+    Looks in `folder`, by default the current one, which is the notebook's own. Where the notebook is not there, as in
+    Colab, `<lab>.py` will do, into which a cell has written the answer. Prints a note if the answer does not pass its
+    check, and nothing otherwise.
     """
     from .rehearse import Rehearsal, checks_of, given, subjects
     from .session import Session
@@ -30,10 +31,9 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
     first = f"Fill in `{name}` in {_lab(lab)} first"
     again = "save it (Ctrl+S), and run this cell again"
     if not path.exists():
-        where = f"{path.name} is not in the folder {path.resolve().parent}"
-        raise EarlierLabError(f"{first}: {where}. Put it there, {again}.")
+        path = _pasted_or_told(path, name, f"{first}: ", f"Put it there, {again}.")
     with _apart(path.resolve().parent):
-        session = Session(read(path), place=f"{lab}, ")
+        session = Session(_pasted(path) if path.suffix == ".py" else read(path), place=f"{lab}, ")
         session.supply(given(checks_of(path, session.calls)))
         problems = list(session.run([name]))
     if name not in session.names:
@@ -47,6 +47,25 @@ def load_answer(lab: str, name: str, folder: Path | str | None = None) -> Any:
             print(f"Finish it there, {again}.")
             break
     return session.names[name]
+
+
+def _pasted_or_told(path, name, first, put):
+    """The file of Python that stands for a notebook which is not there; raises EarlierLabError if there is none."""
+    pasted = path.with_suffix(".py")
+    if not pasted.exists():
+        where = f"{path.name} is not in the folder {path.resolve().parent}"
+        cell = f"add a cell above with `%%writefile {pasted.name}` in its first line"
+        then = f"below it your `{name}` and what it uses of your own. Run that cell, and then this one again."
+        raise EarlierLabError(f"{first}{where}. {put}\nOr, where this notebook is alone: {cell}, {then}")
+    return pasted
+
+
+def _pasted(path):
+    """The cells of a notebook that holds one answer: a file of Python."""
+    try:
+        return [Cell(1, "answer", "answer", True, path.read_text(encoding="utf-8-sig"))]
+    except (OSError, UnicodeDecodeError):
+        raise EarlierLabError(f"{path.name} cannot be read: write it anew, with your answer in it.") from None
 
 
 @contextmanager

@@ -10,10 +10,27 @@ from typing import Self
 import ipywidgets as w
 from PIL.Image import Image
 
-from ..canvas import Canvas
+from ..canvas import DRAWING, Canvas
 from ..checks.feedback import FilterError
 
 WIDE = {"style": {"description_width": "150px"}, "layout": {"width": "430px"}}
+VIEW = "application/vnd.jupyter.widget-view+json"
+
+# Who cannot see the page is told a slider's, a button's and a picture's name, and ipywidgets gives none: here they get
+# them, once they are on the page. And Notebook 7 would take the arrow keys for itself.
+_NAMES = """<style onload="
+  const box = this.closest('.widget-vbox') || document.body;
+  const name = () => {
+    for (const handle of box.querySelectorAll('.noUi-handle')) {
+      handle.ariaLabel = handle.closest('.widget-slider').querySelector('label').textContent;
+      handle.dataset.lmSuppressShortcuts = 'true';
+    }
+    box.querySelectorAll('.widget-play button').forEach((b, i) => b.ariaLabel = ['Play or pause', 'Stop', 'Repeat'][i]);
+    for (const image of box.querySelectorAll('img')) image.alt = 'Picture: the line below it tells what it shows';
+  };
+  new MutationObserver(name).observe(box, {childList: true, subtree: true});
+  name();
+"></style>"""
 
 
 class Kept(w.VBox):
@@ -27,9 +44,11 @@ class Kept(w.VBox):
         """Have another sentence and picture; still() makes it as PNG."""
         self._text, self._still = text, still
 
+    _ipython_display_ = None  # by which ipywidgets 7, Colab's, would show itself and nothing else
+
     def _repr_mimebundle_(self, **kwargs):
-        bundle = super()._repr_mimebundle_(**kwargs)
-        bundle["text/plain"] = self._text
+        view = {"version_major": 2, "version_minor": 0, "model_id": self.model_id}
+        bundle = {"text/plain": self._text, VIEW: view}
         if self._still:
             bundle["image/png"] = b64encode(self._still()).decode()
         return bundle
@@ -44,7 +63,8 @@ class Screen(Kept):
         layout = w.Layout(max_width="100%", align_self="flex-start", margin="0")
         self.image, self.text = w.Image(format="jpeg", layout=layout), w.HTML()
         self.film: Callable[[], list[Image]] | None = None  # of an animation: makes its pictures, without loss
-        super().__init__([*controls, self.image, self.text])
+        names = w.HTML(_NAMES, layout=w.Layout(display="none"))
+        super().__init__([names, *controls, self.image, self.text])
 
     def show(self, jpeg: bytes, text: str) -> None:
         """Put a picture and its line of text on the screen."""
@@ -62,7 +82,7 @@ class Screen(Kept):
         return self
 
 
-def button(label: str, action: Callable[[], None], tip: str | None = None) -> w.Button:
+def button(label: str, action: Callable[[], None], tip: str = "") -> w.Button:
     """A button as wide as its label."""
     made = w.Button(description=label, tooltip=tip, layout=w.Layout(width="auto"))
     made.on_click(lambda _: action())
@@ -85,6 +105,8 @@ def sliders(names: Iterable[str], known: dict[str, tuple[type, dict]], **values:
 
 class Explorer(ABC):
     """Controls over one recorded run, `log`; `box` is the widget to show.
+
+    Front ends call back on whichever thread they like, even on several at a time: one waits for the other.
 
     controls: {name: widget} in the order in which they stand; a move of one named in RUN records another run, of any
     other only has the filter run again.  rows: what is shown of them, if it is more.  buttons: below them.
@@ -124,14 +146,16 @@ class Explorer(ABC):
 
     def next_seed(self) -> None:
         """Another run, with the controls as they are."""
-        self.seed += 1
-        self.log = self._record()
-        self._refresh()
+        with DRAWING:
+            self.seed += 1
+            self.log = self._record()
+            self._refresh()
 
     def _moved(self, name, _):
-        if name in self.RUN:
-            self.log = self._record()
-        self._refresh()
+        with DRAWING:
+            if name in self.RUN:
+                self.log = self._record()
+            self._refresh()
 
     def _refresh(self):
         self.note.value = html.escape(self._caption())

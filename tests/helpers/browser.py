@@ -19,6 +19,9 @@ import urllib.request
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from labkit.instructor.handout.command import find
+from labkit.instructor.records import CommandError
+
 ROOT = Path(__file__).parents[2]
 LAB1, LAB3 = "01_cartesian_ekf", "03_range_bearing_ekf"
 PATIENCE = 600  # [s] for anything that JupyterLab or a kernel has to do: no limit, but an end of what never comes
@@ -32,7 +35,6 @@ CHROMIUM_OPTIONS = [
     "--disable-sync",
     "--no-first-run",
 ]
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
 class NoBrowserError(Exception):
@@ -41,12 +43,10 @@ class NoBrowserError(Exception):
 
 def find_chromium():
     """The browser's path; raises NoBrowserError."""
-    told = os.environ.get("LABKIT_CHROMIUM")
-    found = shutil.which(told) if told else next(filter(None, map(shutil.which, NAMES)), None)
-    if not found:
-        where = f"LABKIT_CHROMIUM names {told!r}, which cannot be run" if told else "no Chromium or Chrome on PATH"
-        raise NoBrowserError(f"{where}: install one, or let LABKIT_CHROMIUM name it")
-    return found
+    try:
+        return find()
+    except CommandError as problem:
+        raise NoBrowserError(str(problem)) from None
 
 
 @contextmanager

@@ -363,6 +363,26 @@ def test_load_answer_says_what_to_do(tmp_path):
         load_answer(LAB1, "KF", tmp_path)
 
 
+def test_load_answer_of_a_cell_that_wrote_it_where_the_notebook_is_alone(tmp_path, capsys):
+    """As in Colab: there is no notebook of lab 1, and the student pastes the answer into one of lab 2."""
+    with pytest.raises(EarlierLabError, match=rf"%%writefile {LAB1}.py.* what it uses of your own"):
+        load_answer(LAB1, "KF", tmp_path)
+    answers = [cell["source"] for cell in released(LAB1)["cells"] if cell["id"].startswith("answer")]
+    (tmp_path / f"{LAB1}.py").write_text("\r\n".join("\n\n".join(map("".join, answers)).splitlines()), encoding="utf-8")
+    from labkit import check
+
+    check("cartesian-kf", load_answer(LAB1, "KF", tmp_path))  # though numpy is imported in no cell of it
+    (tmp_path / f"{LAB1}.py").write_text("def KF(", encoding="utf-8")
+    with pytest.raises(EarlierLabError, match=rf"Fill in `KF` in lab 1 first \({LAB1}.py\)"):
+        load_answer(LAB1, "KF", tmp_path)
+    (tmp_path / f"{LAB1}.py").write_bytes(b"\xff")
+    with pytest.raises(EarlierLabError, match="cannot be read"):
+        load_answer(LAB1, "KF", tmp_path)
+    save(tmp_path / f"{LAB1}.ipynb", released(LAB1))  # the notebook itself goes first
+    load_answer(LAB1, "KF", tmp_path)
+    assert "0 of" not in capsys.readouterr().out
+
+
 def test_load_answer_leaves_no_figures(tmp_path):
     from matplotlib import pyplot as plt
 

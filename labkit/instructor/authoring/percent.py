@@ -1,4 +1,7 @@
-"""Read a lab's source, `solutions/NN_name.py` in jupytext's percent format: each cell gets an id and a role."""
+"""Read a lab's source, `solutions/NN_name.py` in jupytext's percent format: each cell gets an id and a role.
+
+Before the cell "setup" comes one that is the same in all labs, see `labkit.instructor.authoring.kit`.
+"""
 
 import re
 from pathlib import Path
@@ -9,6 +12,7 @@ from nbformat import NotebookNode, from_dict
 from ...guesses import UNMADE
 from ...notebook.read import Cell, cells_of
 from ..records import CommandError
+from . import kit
 
 ROLES = ("setup", "answer", "check", "guess")
 KERNEL = {
@@ -32,6 +36,7 @@ def notebook(script: Path) -> NotebookNode:
         cell.metadata["labkit"] = role = roles[0] if roles else kind
         if role == "answer" or "points" in cell.metadata:
             cell.metadata["nbgrader"] = _graded(cell, role, cell.metadata.pop("points", None))
+    made.cells = [one for cell in made.cells for one in ([kit.cell()] if cell.id == "setup" else []) + [cell]]
     made.nbformat, made.nbformat_minor = 4, 5
     made.metadata = from_dict(KERNEL)
     return made
@@ -45,7 +50,7 @@ def cells(script: Path) -> list[Cell]:
 def place(script: Path, number: int, line: int = 0) -> str:
     """Where a line of the cell with this number (from 0 on) is, 0 for its head: 'solutions/09_my_lab.py, line 30'."""
     lines = enumerate(script.read_text(encoding="utf-8").splitlines(), 1)
-    heads = [at for at, text in lines if text.startswith("# %%")]
+    heads = [one for at, text in lines if text.startswith("# %%") for one in [at] * (1 + ('id="setup"' in text))]
     return f"solutions/{script.name}" + (f", line {heads[number] + line}" if number < len(heads) else "")
 
 

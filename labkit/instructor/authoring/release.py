@@ -34,6 +34,15 @@ FILES = (
     glossary.PAGE,
     "docs/pictures/lab1-explore.png",
     "labkit/jupyter/overrides.json",
+    "labkit/notebook/given.json",
+)
+# For those who put the kit where Binder, Codespaces or VS Code find it; a project may be without.
+ELSEWHERE = (
+    ".binder/postBuild",
+    ".binder/requirements.txt",
+    ".binder/runtime.txt",
+    ".devcontainer/devcontainer.json",
+    ".vscode/extensions.json",
 )
 # Of labkit everything is in but what instructors and maintainers run.
 WING = "labkit/instructor"
@@ -107,7 +116,7 @@ def collect(root: Path, labs: Collection[str] = ()) -> Kit:
     ]
     modules = [path for path in own if not path.startswith(f"{WING}/")]
     notebooks = [f"notebooks/{lab}.ipynb" for lab in labs]
-    paths = [*FILES, *modules, *notebooks]
+    paths = [*FILES, *(name for name in ELSEWHERE if (root / name).is_file()), *modules, *notebooks]
     kit = {path: _take(root / path) for path in paths}
     cells = {path: released(path, kit[path][0]) for path in notebooks}
     # Only the checks that the notebooks call: what the graded ones know stays here.

@@ -29,9 +29,8 @@ def mathml(latex: str, block: bool) -> str:
     """The MathML element of a formula, '' if it cannot be read. block: on a line of its own."""
     if len(latex) > LONGEST:
         return ""
-    latex = re.sub(
-        r"\\(begin|end)\{(align|gather|equation)\}", r"\\\1{\2*}", latex.strip()
-    )  # unnumbered, as in Jupyter
+    # Unnumbered, as in Jupyter; a part of a formula in lines is known by the whole's name only.
+    latex = re.sub(r"\\(begin|end)\{(align|gather|equation)(ed)?\}", r"\\\1{\2*}", latex.strip())
     try:
         made = convert_to_element(latex, display="block" if block else "inline")
         _tidy(made)

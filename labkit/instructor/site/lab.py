@@ -51,6 +51,8 @@ def page(student: Path, executed: Path, folder: Path, lite: bool = False) -> str
             parts.append(cell.source)
             section = (re.findall(r"(?m)^##+ (.+)", cell.source) or [section])[-1]
             continue
+        if cell.metadata.get("jupyter", {}).get("source_hidden"):  # which gets the kit, and is the same in all labs
+            continue
         parts.append(f"```python\n{cell.source}\n```")
         shown = [_shown(cell.id, n, png, text, folder, section) for n, (png, text) in enumerate(drawn.get(cell.id, []))]
         if cell.id in films:

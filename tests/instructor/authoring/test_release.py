@@ -38,9 +38,10 @@ def project(tmp_path):
         ignore = shutil.ignore_patterns("__pycache__", *patterns)
         shutil.copytree(ROOT / name, tmp_path / "project" / name, ignore=ignore)
     shutil.copytree(ROOT / "notebooks", tmp_path / "project" / "notebooks")
-    for name in release.FILES:
-        if "/" not in name:
-            shutil.copy(ROOT / name, tmp_path / "project" / name)
+    for target in (tmp_path / "project" / name for name in release.FILES + release.ELSEWHERE):
+        if not target.exists():
+            target.parent.mkdir(exist_ok=True)
+            shutil.copy(ROOT / target.relative_to(tmp_path / "project"), target)
     return tmp_path / "project"
 
 
@@ -75,6 +76,11 @@ def test_the_files_are_those_that_students_need(kit):
     modules = [path for path in modules if not path.startswith("labkit/instructor/")]
     assert len(named) >= 3 * len(LABS)
     assert set(files(kit)) == {
+        ".binder/postBuild",
+        ".binder/requirements.txt",
+        ".binder/runtime.txt",
+        ".devcontainer/devcontainer.json",
+        ".vscode/extensions.json",
         "LICENSE",
         "README.md",
         "docs/pictures/lab1-explore.png",
@@ -83,6 +89,7 @@ def test_the_files_are_those_that_students_need(kit):
         "lab.py",
         "notebooks/glossary.md",
         "labkit/jupyter/overrides.json",
+        "labkit/notebook/given.json",
         "pyproject.toml",
         "requirements.txt",
         *modules,

@@ -51,6 +51,11 @@ def test_a_formula_carries_neither_addresses_nor_looks():
     assert mathml("\\text{<b>&lt;}", False).count("&lt;b&gt;&amp;lt;") == 1
 
 
+def test_a_formula_in_lines_and_the_words_in_it_are_read_as_jupyter_reads_them():
+    shown = mathml("\\begin{aligned} H &= \\text{derivative of } y \\\\ S &= 2 \\end{aligned}", True)
+    assert shown.count("<mtr>") == 2 and "derivative\xa0of" in shown and "&amp;" not in shown
+
+
 def test_only_pictures_that_are_in_the_notebook_are_shown():
     text = f"![my \\] plot]({PNG}) ![lost](attachment:x.png) ![far](https://evil.example/x.png) "
     text += "![drawn](data:image/svg+xml;base64,AA)"

@@ -71,4 +71,4 @@ def test_the_browsers_wheel_asks_for_nothing_that_is_not_there(tmp_path):
     import tomllib
 
     needs = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["dependencies"]
-    assert sorted(needs) == ["filterpy", "ipywidgets>=8", "matplotlib", "numpy", "scipy"]
+    assert sorted(needs) == ["filterpy", "ipywidgets>=7.7", "matplotlib", "numpy", "scipy"]
