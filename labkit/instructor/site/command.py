@@ -13,7 +13,8 @@ from ..trouble import sentence
 NEEDS = {"site": ("sphinx", "myst_parser", "furo"), "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel")}
 UNTRIED = """\
 In OUT/lite is JupyterLab without a server: publish the folder, or serve it with `python3 -m http.server`. Its
-Python (Pyodide) comes from cdn.jsdelivr.net, so whoever opens it needs the internet; try one lab before a class does.\
+Python comes from cdn.jsdelivr.net (Pyodide) and pypi.org, so whoever opens it needs the internet. That it opens was
+tried without it, up to the kernel's start: try one lab before a class does.\
 """
 
 

@@ -16,7 +16,10 @@ Take it with you: {{download}}`{name}.ipynb`, one file of the [students' kit](..
 Pictures are here as they come out where all answers are right.
 ```
 """
-LITE = ' Or <a href="../lite/lab/index.html?path={name}.ipynb">open it in the browser</a>, with nothing installed.'
+LITE = (
+    ' Or <a href="../lite/lab/index.html?path=notebooks/{name}.ipynb">open it in the browser</a>, '
+    "with nothing installed."
+)
 
 
 class Head(NamedTuple):
@@ -53,7 +56,8 @@ def page(student: Path, executed: Path, folder: Path, lite: bool = False) -> str
             continue
         if cell.metadata.get("jupyter", {}).get("source_hidden"):  # which gets the kit, and is the same in all labs
             continue
-        parts.append(f"```python\n{cell.source}\n```")
+        if not cell.metadata.get("jupyter", {}).get("source_hidden"):  # as in the notebook, what is folded stays away
+            parts.append(f"```python\n{cell.source}\n```")
         shown = [_shown(cell.id, n, png, text, folder, section) for n, (png, text) in enumerate(drawn.get(cell.id, []))]
         if cell.id in films:
             film.save(films[cell.id], folder / f"{cell.id}-film.png")

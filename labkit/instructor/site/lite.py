@@ -1,12 +1,13 @@
 """JupyterLite: the students' kit in a browser, by way of Pyodide, with nothing installed.
 
 What can be tried without the internet is: that it builds, that it opens, and (in the tests) that what labs import
-needs nothing that Pyodide lacks. Pyodide itself comes from its own place on the web when a page is opened.
+needs nothing that Pyodide lacks. Pyodide itself (cdn.jsdelivr.net), ipywidgets and filterpy (PyPI) come from the web
+when a lab is opened.
 """
 
-import importlib.metadata
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,7 @@ from typing import Any
 from ..authoring.release import release
 from ..records import CommandError
 
-ABSENT = ("jupyterlab", "psutil")  # JupyterLite is the one; the command line only needs the other
-WHEELS = ("filterpy", "ipywidgets", "jupyterlab_widgets", "widgetsnbextension")  # pure Python, not in Pyodide
+ABSENT = ("psutil",)  # only the command line needs it
 INSTALL = "%pip install -q robot-localization-labkit"
 FIRST: dict[str, Any] = {
     "cell_type": "code",
@@ -35,21 +35,16 @@ def build(root: Path, out: Path, scratch: Path) -> None:
     """
     kit, wheels, contents = scratch / "kit", scratch / "wheels", scratch / "contents"
     release(root, kit)
-    wheels.mkdir()
     pin(kit / "pyproject.toml")
     _run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(wheels)], kit)
-    pinned = [f"{name}=={importlib.metadata.version(name)}" for name in WHEELS]
-    _run([sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(wheels), *pinned], scratch)
-    contents.mkdir()
-    for path in sorted((kit / "notebooks").glob("*.ipynb")):
+    shutil.copytree(kit / "notebooks", contents / "notebooks")
+    for path in sorted(contents.glob("notebooks/*.ipynb")):
         notebook = json.loads(path.read_text(encoding="utf-8"))
         notebook["cells"].insert(0, FIRST)
-        (contents / path.name).write_text(json.dumps(notebook, indent=1, ensure_ascii=False), encoding="utf-8")
-    line = [sys.executable, "-m", "jupyter", "lite", "build", "--apps", "lab", "--no-unused-shared-packages"]
-    line += ["--contents", str(contents), "--output-dir", str(out)]
-    _run(
-        [*line, *(part for wheel in sorted(wheels.glob("*.whl")) for part in ("--piplite-wheels", str(wheel)))], scratch
-    )
+        path.write_text(json.dumps(notebook, indent=1, ensure_ascii=False), encoding="utf-8")
+    line = [sys.executable, "-m", "jupyter", "lite", "build", "--apps", "lab", "--no-sourcemaps"]
+    line += ["--no-unused-shared-packages", "--contents", str(contents), "--output-dir", str(out)]
+    _run([*line, "--piplite-wheels", str(next(wheels.iterdir()))], scratch)
 
 
 def pin(project: Path) -> None:

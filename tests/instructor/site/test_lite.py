@@ -1,12 +1,17 @@
 """The students' kit in a browser: what labs import must be there, and nothing may need threads or processes."""
 
+import functools
+import http.server
 import subprocess
 import sys
+import threading
+from urllib.parse import urlparse
 
 import pytest
 
 from labkit.instructor.site import lite
 
+from helpers.browser import chromium
 from helpers.reference import COURSE, ROOT, ci_only
 
 # A Python that has what Pyodide's has: of others only its own list (numpy, scipy, matplotlib and their needs),
@@ -62,6 +67,29 @@ def test_the_setup_cell_of_a_lab_needs_nothing_that_pyodide_lacks():
 @pytest.mark.parametrize("lab", COURSE)
 def test_a_whole_lab_needs_nothing_that_pyodide_lacks(lab):
     _in_the_browser(lab, "all")
+
+
+@ci_only
+@pytest.mark.slow
+@pytest.mark.browser
+def test_it_is_built_and_opens_up_to_the_kernels_start(tmp_path):
+    """What is asked of the web, which is refused here, is Pyodide and nothing else."""
+    pytest.importorskip("jupyterlite_pyodide_kernel")
+    lite.build(ROOT, tmp_path / "lite", tmp_path)
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=tmp_path)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, chromium() as browser:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        here = f"http://127.0.0.1:{server.server_port}/"
+        page, away = browser.new_page(), []
+        page.context.route(lambda url: not url.startswith((here, "data:", "blob:")), lambda route: route.abort())
+        page.context.on("request", lambda request: away.append(request.url) if here not in request.url else None)
+        with page.context.expect_event(
+            "request", lambda r: "/pyodide/" in r.url and here not in r.url, timeout=600_000
+        ):
+            page.goto(f"{here}lite/lab/index.html?path=notebooks/01_cartesian_ekf.ipynb")
+        page.wait_for_selector(".jp-Notebook .jp-Cell:has-text('Where is the robot?')", timeout=600_000)
+        server.shutdown()
+    assert {urlparse(url).netloc for url in away if url.startswith("http")} == {"cdn.jsdelivr.net"}
 
 
 def test_the_browsers_wheel_asks_for_nothing_that_is_not_there(tmp_path):
