@@ -15,13 +15,27 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 import matplotlib  # noqa: E402 - after the number of threads
 import pytest  # noqa: E402
 
-from helpers.drawings import drawn  # noqa: E402, F401 - a fixture of several folders
+from helpers.browser import browser  # noqa: E402, F401 - a fixture of several folders
+from helpers.drawings import drawn  # noqa: E402, F401 - another
 
 # Figures are drawn and no window opens. Not by MPLBACKEND, which kernels started by tests would inherit.
 matplotlib.use("Agg")
 
 # Those that take long, the longest first: two processes then end at about the same time.
-LONG = ["command", "processors", "corpus", "browser", "labs", "marks", "team", "checks", "localizers", "handed_in"]
+LONG = [
+    "anywhere",
+    "front_ends",
+    "command",
+    "processors",
+    "corpus",
+    "browser",
+    "labs",
+    "marks",
+    "team",
+    "checks",
+    "localizers",
+    "handed_in",
+]
 LONG += ["lab", "benchmarks", "pictures", "release", "worker", "figures", "honesty", "house"]
 # Files that as a whole take more than a few seconds, although each of their tests is quick.
 SLOW = {

@@ -1,61 +1,19 @@
 """Without lab.py: the wheel in an environment of its own, in another folder, with the notebooks and nothing else."""
 
-import json
-import os
 import re
-import subprocess
-import sys
 import tarfile
 import zipfile
 from pathlib import Path
 
 import nbformat
 import pytest
-from jupyter_client.kernelspec import KernelSpecManager
-from jupyter_client.manager import AsyncKernelManager
-from nbclient import NotebookClient
 
 from helpers.browser import LAB1, put, put_filled
-from helpers.reference import COURSE, ROOT, ci_only
+from helpers.environments import Environment, build, run
+from helpers.reference import COURSE, ci_only
 
 pytestmark = ci_only
-FOREIGN = ("PYTHONPATH", "VIRTUAL_ENV", "LABKIT_DATA", "LABKIT_FROM", "MPLBACKEND", "IPYTHONDIR")
 LAB2 = "02_noise_mismatch"
-
-
-def clean(**more):
-    return {name: value for name, value in os.environ.items() if name not in FOREIGN} | more
-
-
-def run(*command, cwd=None):
-    words = list(map(str, command))
-    done = subprocess.run(words, cwd=cwd, env=clean(), capture_output=True, encoding="utf-8", check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
-class Environment:
-    """A virtual environment with some packages, and kernels in it; its folder has a space in its name."""
-
-    def __init__(self, folder, *packages):
-        run(sys.executable, "-m", "venv", folder)
-        self.programs = folder / ("Scripts" if os.name == "nt" else "bin")
-        self.python = self.programs / "python"
-        run(self.python, "-m", "pip", "install", "-q", *packages)
-        spec = folder / "kernels" / "bare"
-        spec.mkdir(parents=True)
-        argv = [str(self.python), "-m", "ipykernel_launcher", "-f", "{connection_file}"]
-        (spec / "kernel.json").write_text(json.dumps({"argv": argv, "display_name": "bare"}))
-        self.specs = KernelSpecManager(kernel_dirs=[str(spec.parent)], ensure_native_kernel=False)
-
-    def execute(self, path, wanted=lambda cell: True, first=(), **variables):
-        """{id: what it printed and shows} of the cells that are wanted, run in the notebook's own folder."""
-        book = nbformat.read(path, as_version=4)
-        book.cells = [*map(nbformat.v4.new_code_cell, first), *(cell for cell in book.cells if wanted(cell))]
-        manager = AsyncKernelManager(kernel_name="bare", kernel_spec_manager=self.specs)
-        client = NotebookClient(book, km=manager, timeout=600, resources={"metadata": {"path": str(path.parent)}})
-        client.execute(env=clean(**variables), stderr=subprocess.DEVNULL)
-        return {cell.id: repr(cell.get("outputs")) for cell in book.cells}
 
 
 def setup(cell):
@@ -64,10 +22,7 @@ def setup(cell):
 
 @pytest.fixture(scope="module")
 def dist(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("dist")
-    tools = Environment(folder / "tools", "hatchling")
-    run(tools.python, "-m", "hatchling", "build", "-d", folder / "made", cwd=ROOT)
-    return folder / "made"
+    return build(tmp_path_factory.mktemp("dist"))
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +88,7 @@ def test_colab_gets_the_kit_and_an_answer_that_is_pasted(wheel, tmp_path):
         first, lambda cell: setup(cell) or re.match("answer|check|show-08", cell.id), LABKIT_FROM=str(wheel)
     )
     assert f"getting it from {wheel}" in shown["kit"] and "checks passed" in shown["check-kf"]
+    assert "widget-view+json" in shown["show-08"] and "image/png" in shown["show-08"]
     added = set(run(colab.python, "-m", "pip", "freeze").splitlines()) - before
     assert {line.split("==")[0].split(" @")[0] for line in added} == {"filterpy", "robot-localization-labkit"}
     answers = [c.source for c in nbformat.read(first, 4).cells if c.id.startswith("answer") and c.cell_type == "code"]

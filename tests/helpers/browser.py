@@ -19,6 +19,8 @@ import urllib.request
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import pytest
+
 from labkit.instructor.handout.command import find
 from labkit.instructor.records import CommandError
 
@@ -63,6 +65,18 @@ def chromium():
             yield browser
         finally:
             browser.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """The browser for the tests of a module, which are skipped where there is none."""
+    try:
+        with chromium() as one:
+            yield one
+    except NoBrowserError as problem:
+        if os.environ.get("LABKIT_REQUIRE_BROWSER") == "1":
+            pytest.fail(str(problem))
+        pytest.skip(str(problem))
 
 
 # --- notebooks as files

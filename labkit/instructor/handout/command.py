@@ -31,18 +31,20 @@ def main(labs: Sequence[str], out: Path | str) -> int:
 
     out = Path(out)
     labs = labs or sorted(path.stem for path in (ROOT / "notebooks").glob("[0-9]*_*.ipynb"))
+    made: list[Path] = []
     try:
-        out.mkdir(parents=True, exist_ok=True)
         pages = {out / f"{lab}.html": page(lab, ROOT) for lab in labs}
+        out.mkdir(parents=True, exist_ok=True)
         for path, text in pages.items():
             files.write(path, text)
-        for path in pages:
+            made.append(path)
+        for path in made:
             print_page(path, path.with_suffix(".pdf"))
             path.unlink()
             print(path.with_suffix(".pdf"))
     except CommandError as problem:
         print(f"labkit handout: {problem}", file=sys.stderr)
-        return 1 if out.is_dir() and any(out.glob("*.html")) else 2
+        return 1 if made else 2
     return 0
 
 

@@ -11,7 +11,6 @@ from labkit.instructor.handout.page import page
 from labkit.instructor.records import CommandError
 from labkit.notebook.read import read
 
-from helpers.browser import NoBrowserError, chromium
 from helpers.reference import COURSE, LABS, ROOT, ci_only
 
 
@@ -55,17 +54,6 @@ def test_a_lab_that_is_not_there_is_told_and_nothing_is_written(tmp_path, capsys
     assert cli.main(["handout", "99_nothing", str(tmp_path)]) == 2
     assert "99_nothing.ipynb does not exist" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.fixture
-def browser():
-    try:
-        with chromium() as one:
-            yield one
-    except NoBrowserError as problem:
-        if os.environ.get("LABKIT_REQUIRE_BROWSER") == "1":
-            pytest.fail(str(problem))
-        pytest.skip(str(problem))
 
 
 @ci_only

@@ -1,6 +1,5 @@
 """`labkit mark` in a real browser: by keyboard, by two readers at once, with the server killed, on hostile answers."""
 
-import os
 import sqlite3
 from contextlib import closing
 
@@ -8,24 +7,12 @@ import pytest
 
 from labkit.instructor.report.gradebook import Gradebook
 
-from helpers.browser import NoBrowserError, chromium
 from helpers.marking import LAB, Q1, Marking, graded, marking, points
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 PNG = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 PATIENCE = 60_000  # [ms] for anything of the page: no limit, but an end of what never comes
-
-
-@pytest.fixture(scope="module")
-def browser():
-    try:
-        with chromium() as one:
-            yield one
-    except NoBrowserError as problem:
-        if os.environ.get("LABKIT_REQUIRE_BROWSER") == "1":
-            pytest.fail(str(problem))
-        pytest.skip(str(problem))
 
 
 class Reader:
