@@ -273,6 +273,8 @@ def test_a_missing_notebook_is_named_before_any_work(project):
     assert done.returncode == 2
     assert "notebooks/01_cartesian_ekf.ipynb is missing in" in done.stderr
     assert not project.venv.exists()
+    (project.folder / "notebooks/03_range_bearing_ekf.ipynb").write_text("{}")  # as in a repository of one lab
+    assert project.load().first_lab() == "notebooks/03_range_bearing_ekf.ipynb"
 
 
 # When to install, when to start anew ----------------------------------------------------------
