@@ -25,7 +25,7 @@ def main(args: Namespace) -> int:
     except OSError as error:
         print(f"labkit export: {sentence(error)}", file=sys.stderr)
         return 2
-    print(f"{args.out}: {len(written)} files. docs/instructors.md tells under `Other graders` how it goes on.")
+    print(f"{args.out}: {len(written)} files. docs/elsewhere.md tells under `Other graders` how it goes on.")
     return 0
 
 

@@ -44,7 +44,7 @@ def test_the_source_of_nbgrader_has_all_points_and_no_hidden_check(lab):
     assert all(cell.source.count(course.GUARD) == 1 and cell.metadata.nbgrader["locked"] for cell in graded)
     shown = "\n".join(cell.source for cell in source.cells)
     assert not [line for line in hidden(lab) if line in shown]
-    assert "hidden" not in json.dumps([cell.metadata for cell in source.cells])
+    assert '"hidden"' not in json.dumps([cell.metadata for cell in source.cells])
 
 
 def test_what_nbgrader_takes_out_leaves_the_students_notebook_and_the_names_of_hidden_checks():
