@@ -1,7 +1,9 @@
 """The reference: a page for each package of labkit that labs import from, filled by Sphinx from the docstrings."""
 
 import ast
+import inspect
 import re
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -43,6 +45,23 @@ def readable(app: Any, what: str, name: str, thing: object, options: object, lin
     """Turn a docstring, which is plain text, into what Sphinx reads, in place. Called by autodoc for each."""
     text = "\n".join(lines).strip()
     lines[:] = [line for part in re.split(r"\n\s*\n", text) for line in [*_paragraph(part.splitlines()), ""]]
+
+
+def signature(app: Any, what: str, name: str, thing: Any, options: object, args: str, returns: str) -> Any:
+    """(parameters, result) as they are written in the code, where types have names. Called by autodoc for each."""
+    if not args or what not in ("class", "function", "method"):
+        return None
+    try:
+        made = thing.__init__ if what == "class" else inspect.unwrap(thing)
+        node = ast.parse(textwrap.dedent(inspect.getsource(made))).body[0]
+    except (OSError, TypeError, AttributeError, IndentationError):
+        node = None
+    if not isinstance(node, ast.FunctionDef):  # a dataclass's is written nowhere
+        return args.replace("ndarray[tuple[Any, ...], dtype[float64]]", "NDArray"), returns
+    static = any(getattr(one, "id", "") == "staticmethod" for one in node.decorator_list)
+    if what in ("class", "method") and not static:
+        del (node.args.posonlyargs or node.args.args)[:1]
+    return f"({ast.unparse(node.args)})", ast.unparse(node.returns) if node.returns and what != "class" else None
 
 
 def _paragraph(lines: list[str]) -> Iterator[str]:

@@ -10,7 +10,10 @@ from ..folders import temporary
 from ..records import CommandError
 from ..trouble import sentence
 
-NEEDS = {"site": ("sphinx", "myst_parser", "furo"), "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel")}
+NEEDS = {
+    "site": ("sphinx", "myst_parser", "furo", "ziamath"),
+    "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel", "hatchling"),
+}
 UNTRIED = """\
 In OUT/lite is JupyterLab without a server: publish the folder, or serve it with `python3 -m http.server`. Its
 Python comes from cdn.jsdelivr.net (Pyodide) and pypi.org, so whoever opens it needs the internet. That it opens was

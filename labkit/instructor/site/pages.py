@@ -1,5 +1,6 @@
 """The site's pages as Markdown: the labs, the project's own pages, licence, how to cite, the reference."""
 
+import importlib.resources
 import shutil
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -11,6 +12,14 @@ from . import api, lab, links
 LABS = ("notebooks/index.md", "notebooks/glossary.md")
 READERS = ("docs/students.md", "docs/instructors.md", "docs/plan.md")
 ABOUT = ("docs/sources.md", "cite.md", "licence.md", "CHANGELOG.md", "CONTRIBUTING.md")
+LICENCE = """# Licence
+
+```text
+{}
+```
+
+The font of the formulas on these pages is STIX Two Math, under the SIL Open Font License 1.1.
+"""
 LOOK = Path(__file__).with_name("look")
 
 
@@ -30,10 +39,12 @@ def write(root: Path, folder: Path, lite: bool = False) -> None:
         pictures = folder / "notebooks" / name
         texts[f"notebooks/{name}.ipynb"] = lab.page(student, root / "solutions" / student.name, pictures, lite)
     texts[LABS[0]] = overview(students)
-    texts |= {"LICENSE": f"# Licence\n\n```text\n{_text(root / 'LICENSE')}\n```\n", "CITATION.cff": citation(root)}
+    texts |= {"LICENSE": LICENCE.format(_text(root / "LICENSE")), "CITATION.cff": citation(root)}
     texts |= api.pages(root / "labkit")
     shutil.copytree(root / "docs" / "pictures", folder / "docs" / "pictures")
     shutil.copytree(LOOK, folder / "look")
+    with importlib.resources.path("ziamath.fonts", "STIXTwoMath-Regular.ttf") as font:
+        shutil.copy(font, folder / "look" / "formulas.ttf")
     for path in students.values():
         shutil.copy(path, folder / "notebooks" / path.name)
     shutil.copy(root / "CITATION.cff", folder / "CITATION.cff")

@@ -55,6 +55,7 @@ def build(source: Path, out: Path) -> None:
 def setup(app: Any) -> dict[str, bool]:
     """Called by Sphinx: docstrings and formulas are read as this kit writes them."""
     app.connect("autodoc-process-docstring", api.readable)
+    app.connect("autodoc-process-signature", api.signature)
     app.connect("html-page-context", _levels, priority=900)  # after the theme
     app.add_html_math_renderer("labkit", (_inline, None), (_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -92,3 +92,12 @@ def test_what_is_missing_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(command, "NEEDS", {"site": ("no_such_sphinx",)})
     assert command.main(str(tmp_path / "out")) == 2
     assert "no_such_sphinx cannot be found" in capsys.readouterr().err
+
+
+def test_a_signature_has_the_types_as_the_code_names_them():
+    from labkit.geometry import compose
+    from labkit.world import Map
+
+    assert api.signature(None, "function", "f", compose, None, "(a)", "b")[1] == "Poses"
+    assert api.signature(None, "method", "f", Map.append, None, "(x)", "b") == ("(landmark: Landmark)", "None")
+    assert api.signature(None, "module", "m", api, None, "", "") is None
