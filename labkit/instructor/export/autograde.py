@@ -38,25 +38,31 @@ class Marks(Execute):
         try:
             with contextlib.redirect_stdout(io.StringIO()) as said:
                 result = graded(about["notebook"], Path(folder), about["student"], self.seed, self.allowed)
+            fill(nb, result)
         except CommandError as problem:
             raise NbGraderException(f"{about['student']}, {about['notebook']}: {problem}") from None
         finally:
             self.log.info(said.getvalue())
         for note in result.notes:
             self.log.warning("%s: %s", about["student"], note)
-        fill(nb, result)
         return nb, resources
 
 
 def fill(nb: NotebookNode, result: Result) -> None:
-    """Give each code cell with points its mark as an output; for cells that were deleted there are new ones."""
+    """Give each code cell with points its mark as an output; for cells that were deleted there are new ones.
+
+    Raises CommandError for a cell with points of which the kit knows nothing.
+    """
     marks = {mark.check: mark for mark in result.marks if mark.points is not None}
     for cell in nb.cells:
-        if utils.is_grade(cell):
-            id = cell.metadata.nbgrader["grade_id"]
-            mark = marks.pop(id, None) or Mark(id, 0.0, 0.0, FAILED, result.problem)
-            if cell.cell_type == "code":
-                cell.outputs = _outputs(mark)
+        if not utils.is_grade(cell):
+            continue
+        id = cell.metadata.nbgrader["grade_id"]
+        mark = marks.pop(id, None)
+        if cell.cell_type == "code":
+            if not (mark or result.problem):
+                raise CommandError(f"the kit has no check '{id}': is it another version than the one that exported?")
+            cell.outputs = _outputs(mark or Mark(id, 0.0, 0.0, FAILED, result.problem))
     nb.cells += [_cell(mark) for mark in marks.values() if mark.status not in (OPEN, BLANK, BY_HAND)]
 
 

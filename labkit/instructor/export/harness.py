@@ -10,6 +10,7 @@ from typing import Any
 from .. import files
 from ..exam.paper import read
 from ..records import Check, CommandError, Result
+from ..trouble import sentence
 from . import SETTINGS
 from .single import graded, told
 
@@ -31,6 +32,9 @@ def main() -> int:
         files.write(root / "results" / "results.json", json.dumps(found, indent=1))
     except CommandError as problem:
         print(f"labkit: {problem}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"labkit: {sentence(error)}", file=sys.stderr)
         return 2
     return 0
 

@@ -16,6 +16,7 @@ from ..records import CommandError, Mark, Result
 from ..report.gradebook import Gradebook
 from ..report.texts import final, readable
 from ..sandbox.proxy import TOTAL
+from ..trouble import why
 from . import ALLOWED
 
 # The other options of `labkit grade`: late days and attempts are the other side's affair.
@@ -35,8 +36,10 @@ def graded(lab: str, folder: Path, student: str, seed: int, allowed: Sequence[st
     if not folder.is_dir():
         raise CommandError(f"{folder} is no folder: there is nothing to grade.")
     with temporary("export") as place, contextlib.ExitStack() as stack:
-        # Links are copied as links, which whoever reads the class looks at with suspicion.
-        shutil.copytree(folder, Path(place, "class", NAME), symlinks=True)
+        try:  # links are copied as links, which whoever reads the class looks at with suspicion
+            shutil.copytree(folder, Path(place, "class", NAME), symlinks=True)
+        except OSError as error:
+            raise CommandError(f"{folder} cannot be copied: {why(error)}.") from None
         if problem := _unfit(Path(place, "class"), lab):
             return Result(student, lab=lab, problem=problem)
         drawn = zlib.crc32(student.encode("utf-8", "replace"), seed)
@@ -45,8 +48,8 @@ def graded(lab: str, folder: Path, student: str, seed: int, allowed: Sequence[st
         command.fill(book, paper, Namespace(submissions=Path(place, "class"), **PLAIN, **_given(allowed)))
         (result,) = book.results(lab)
     if result.ungraded:
-        why = next(mark.reason for mark in result.marks if mark.status == records.ERROR)
-        raise CommandError(f"{lab}: some checks could not be run, through no fault of the student. {why}")
+        said = next((mark.reason for mark in result.marks if mark.status == records.ERROR), "")
+        raise CommandError(f"{lab}: some checks could not be run, through no fault of the student. {said}".strip())
     return result
 
 
