@@ -83,7 +83,7 @@ def _formula(node, block):
 
     made = mathml(node.astext(), block)
     if not made:
-        raise CommandError(f"A formula cannot be shown as MathML: {node.astext()}")
+        raise CommandError(f"A formula cannot be shown as MathML: {node.astext().strip()}")
     return made
 
 
