@@ -15,6 +15,8 @@ from . import kinds
 from .feedback import own_line, sentence
 
 Scenario: TypeAlias = dict[str, Any]  # as stored: an id, a title, calls, what to look at, and the right traces
+# What `run` reads of one: whoever runs it elsewhere needs no more, and no less. A probe has "begin" too.
+READ = ("look", "make", "calls", "at", "frozen", "turns")
 MOST_AXES = 8  # of a result: what has more has grown by mistake
 
 

@@ -376,7 +376,10 @@ CHECKS = [
         "two_circles",
         "function",
         CIRCLES,
-        [Right("list", [(PAIR_END, PAIR_END.replace("np.array([o[0], o[1], heading])", "[*o, heading]"))])],
+        [
+            Right("list", [(PAIR_END, PAIR_END.replace("np.array([o[0], o[1], heading])", "[*o, heading]"))]),
+            Right("a turn on", [(PAIR_END, PAIR_END.replace("heading])", "heading + 2 * np.pi])"))]),
+        ],
         CIRCLES_MISTAKES,
         parts={"": [POSE]},
     ),

@@ -5,11 +5,11 @@ from typing import Any
 
 from ...checks import CheckError, Data
 from ...checks.probing import expanded
-from ...checks.trace import Stop, Trace
+from ...checks.trace import READ, Stop, Trace
 from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
 from ..sandbox.wire import FrameError
 
-INPUTS = ("id", "look", "make", "calls", "at", "frozen")  # of a scenario: what a worker may know
+INPUTS = ("id", *READ)  # of a scenario: what a worker may know
 
 
 def inputs(data: Data) -> Data:

@@ -12,7 +12,7 @@ def variant(scenario: dict[str, Any], rng: np.random.Generator) -> dict[str, Any
 
     How much they differ is said by each kind of input, see `labkit.checks.kinds`.
     """
-    fresh: dict[str, Any] = {key: scenario[key] for key in ("id", "look", "at", "title") if key in scenario}
+    fresh: dict[str, Any] = {key: scenario[key] for key in ("id", "look", "at", "title", "turns") if key in scenario}
     if "make" in scenario:
         fresh["make"] = [{name: _other(v, rng) for name, v in given.items()} for given in scenario["make"]]
     fresh["calls"] = [[name, *(_other(arg, rng) for arg in args)] for name, *args in scenario["calls"]]

@@ -1,11 +1,14 @@
 """What a worker answers is taken only if it is what was asked for."""
 
+import ast
+import inspect
+
 import numpy as np
 import pytest
 
-from labkit.checks import CheckError, stored
+from labkit.checks import CheckError, stored, trace
 from labkit.checks.probing import expanded
-from labkit.instructor.exam.traces import answer_form, inputs, probes, traces
+from labkit.instructor.exam.traces import INPUTS, answer_form, inputs, probes, traces
 from labkit.instructor.sandbox.wire import FrameError
 
 DATA = stored("cartesian-kf")
@@ -25,6 +28,15 @@ def test_what_was_asked_for_gets_through():
     assert traces(DATA, FORM({"traces": answer()})).keys() == {s["id"] for s in DATA["scenarios"]}
     for sent in (inputs(DATA), probes(DATA)):
         assert "right" not in str(sent) and "mistakes" not in sent and "known" not in str(sent)
+
+
+def test_a_worker_knows_all_that_running_a_scenario_takes():
+    """Else what passes in the notebook fails when it is graded."""
+    tree = ast.parse(inspect.getsource(trace))
+    got = (n for n in ast.walk(tree) if isinstance(n, ast.Call) and ast.unparse(n.func) == "scenario.get")
+    taken = (n for n in ast.walk(tree) if isinstance(n, ast.Subscript) and ast.unparse(n.value) == "scenario")
+    read = {n.args[0].value for n in got} | {n.slice.value for n in taken}
+    assert read == {*trace.READ, "begin"} and set(trace.READ) <= set(INPUTS)
 
 
 def test_probes_are_asked_for_apart():
