@@ -75,7 +75,8 @@ def kits(course: str, table: Path | str) -> dict[str, str]:
 
 
 def _file(name: str) -> str:
-    return "".join(letter if letter.isalnum() or letter in " -." else "-" for letter in name).strip(" .") or "student"
+    letters = (letter if letter.isalnum() or letter in " -." else "-" for letter in name[:80])
+    return "".join(letters).strip(" .") or "student"
 
 
 def main(out: Path, force: bool, course: str, table: Path | str) -> int:
