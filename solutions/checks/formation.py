@@ -217,6 +217,11 @@ STEER_MISTAKES = [
     Mistake(
         "turns-too-fast", "It turns faster than 1.2 rad/s: clip the rate.", [("np.clip(2 * off, -1.2, 1.2)", "2 * off")]
     ),
+    Mistake(
+        "clipped-first",
+        "The limit of 1.2 rad/s is that of the rate: double the angle before you clip.",
+        [("np.clip(2 * off, -1.2, 1.2)", "2 * np.clip(off, -1.2, 1.2)")],
+    ),
     Mistake("half-rate", "The turn rate is twice the angle.", [("np.clip(2 * off", "np.clip(off")]),
     Mistake("never-stands", "Below 0.01 m/s it stands: both numbers are 0.", [("if speed < 0.01:", "if False:")]),
     Mistake(

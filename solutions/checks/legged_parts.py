@@ -234,6 +234,11 @@ JACOBIAN_MISTAKES = [
         [(DIVIDE, "H[:, j] = change / step")],
     ),
     Mistake(
+        "no-brackets",
+        "`/ 2 * step` divides by 2 and then multiplies by step: brackets keep them together, `/ (2 * step)`.",
+        [(DIVIDE, "H[:, j] = change / 2 * step")],
+    ),
+    Mistake(
         "one-sided",
         "Forward and backward are mixed: h(x + e) - h(x) belongs to one step, h(x + e) - h(x - e) to two.",
         [(CHANGE, "change = h(x + e, landmark) - h(x, landmark)")],

@@ -98,6 +98,11 @@ NIS_MISTAKES = [
         [(S, "S = H @ P @ H.T + 1e-9 * np.eye(2 * p)")],
     ),
     Mistake(
+        "r-spread",
+        "The entries of R are spread over all landmarks: the order of the two matrices matters in kron.",
+        [("np.kron(np.eye(p), R)", "np.kron(R, np.eye(p))")],
+    ),
+    Mistake(
         "p-missing",
         "S is the measurements' noise alone: H P H', what the filter is unsure of, is missing in it.",
         [(S, "S = np.kron(np.eye(p), R)")],

@@ -64,7 +64,7 @@ def make(check: Check, source: str, verify: bool = True) -> dict:
         data |= {"args": list(signature(build(source, (), check.subject)).parameters), "parts": check.parts or {}}
     kept = [{k: m[k] for k in ("id", "say", "forms")} for m in mistakes]
     data |= {"scenarios": scenarios, "mistakes": kept, **_probing(check, source)}
-    found = pairs.of(check, source, data) if verify and check.kind == "function" else []
+    found = pairs.of(check, source, data) if verify else []
     return data | ({"pairs": found} if found else {})
 
 
