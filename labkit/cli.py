@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from . import __version__
 
-UNREADABLE = 2
+UNREADABLE, STOPPED = 2, 130
 # The commands of labkit/instructor.
 FULL = ("build", "export", "grade", "handout", "mark", "new", "release", "sandbox", "similar", "site", "term")
 
@@ -56,6 +56,8 @@ def _run(args):
         status = args.run(args)
         sys.stdout.flush()
         return status
+    except KeyboardInterrupt:
+        return STOPPED
     except OSError as error:
         what = "nobody reads what it prints any more" if isinstance(error, BrokenPipeError) else error.strerror or error
         print(f"labkit: {f'{error.filename}: ' if error.filename else ''}{what}.", file=sys.stderr)
@@ -80,12 +82,9 @@ def _let_go():
 
 
 def _check(args):
-    try:
-        from .notebook.check import check_all, expanded
+    from .notebook.check import check_all, expanded
 
-        return check_all(expanded(args.notebooks), args.timeout)
-    except KeyboardInterrupt:
-        return 130
+    return check_all(expanded(args.notebooks), args.timeout)
 
 
 def _data(args):

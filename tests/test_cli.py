@@ -18,3 +18,11 @@ def test_nobody_reads_what_it_prints(tmp_path, how):
     done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and done.stderr.count("\n") == ("2>&-" not in how), done.stderr
     assert done.stderr.startswith("labkit: ") or "2>&-" in how
+
+
+def test_ctrl_c_ends_a_command_without_a_traceback_however_soon():
+    stop = "c._data = lambda _: signal.raise_signal(signal.SIGINT)"
+    code = f"import signal, labkit.cli as c; {stop}; exit(c.main(['data']))"
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "")

@@ -56,6 +56,14 @@ def test_a_student_sees_points_words_and_reasons():
     assert next(value for _, name, value in seen.attributes if name == "alt").startswith("What your code computed")
 
 
+def test_a_comment_to_a_written_answer_has_formulas_and_no_html():
+    result = Result("Ada", "7", "lab3", "a/lab3.ipynb")
+    result.marks = [Mark("q7", 1, 2.5, records.BY_HAND, "Since $\\sqrt{2}$ grows.\n\nSee <script>x</script>.")]
+    page = feedback_page(result, CHECKS, TITLE)
+    seen = sound(page)
+    assert "<msqrt>" in page and "$" not in seen.text and "<script>x</script>." in seen.text
+
+
 def test_sentences_that_were_folded_for_a_terminal_are_whole_again():
     lines = [
         "  call      predict(1)",
