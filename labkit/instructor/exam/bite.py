@@ -16,6 +16,7 @@ from typing import Any
 
 from .. import files
 from ..records import CommandError
+from . import runs
 from .mistakes import caught
 from .paper import CheckCell, gives_points, read
 from .record import FILE, recorded
@@ -61,9 +62,10 @@ def room(lab: str) -> dict[str, Any]:
 
 
 def digest(lab: str, cell: CheckCell) -> str:
-    """Of all that decides what a cell catches, but for labkit's own code."""
+    """Of all that decides what a cell catches; of labkit's own code only how runs are compared."""
     exam = room(lab)["exam"]
-    parts = [read_setup(lab), cell.source, exam.forms(cell.uses), DRAWS, MOST, ENOUGH]
+    compared = Path(runs.__file__).read_text(encoding="utf-8")
+    parts = [read_setup(lab), cell.source, exam.forms(cell.uses), compared, DRAWS, MOST, ENOUGH]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
 

@@ -62,31 +62,50 @@ class Steps:
     """
 
     def __init__(self, rights: Sequence[type], record: Any, options: dict[str, Any]) -> None:
-        self._fields = record.fields
+        self._fields, self._gated = record.fields, "gate" in options
         self._filters = [make_filter(KF, record, **options) for KF in rights]
+        self._kept: list[bool] = []
+        self._watch = make_filter(_watched(rights[0], self._kept), record, **options)
 
     def starts(self, x: Array, P: Array) -> bool:
         """Whether a mean x (n,) and its covariance P (n, n) are those with which a run should start."""
         return all(gap_of(*pair) <= 1 for pair in zip((x, P), self._of(self._filters[0])))
 
-    def make(self, mine: History, record: Any) -> bool:
-        """Whether a run starts where it should and all of its steps are right."""
+    def judge(self, mine: History, record: Any) -> tuple[bool, bool]:
+        """(whether a run starts where it should and all of its steps are right, whether the first that is not may be
+        so for a gate of the filter's own).
+        """
         ends = list(zip(mine.x, mine.P))
-        steps = zip(ends, record.controls, record.measurements(), ends[1:])
-        return self.starts(*ends[0]) and all(self.follows(*step) for step in steps)
+        if not self.starts(*ends[0]):
+            return False, False
+        for before, u, y, after in zip(ends, record.controls, record.measurements(), ends[1:]):
+            if not self.follows(before, u, y, after):
+                return False, self.is_far(before, u, y)
+        return True, False
+
+    def is_far(self, before: tuple[Array, Array], u: Array, y: list) -> bool:
+        """Whether a gate might leave out something seen after u (m,), from a mean (n,) and covariance (n, n)."""
+        if self._gated or not isinstance(y, list):
+            return False
+        self._kept.clear()
+        self._step(self._watch, before, u, y)
+        return not all(self._kept)
 
     def follows(self, before: tuple[Array, Array], u: Array, y: list, after: tuple[Array, Array]) -> bool:
         """Whether u (m,), and what is seen after it, lead from one mean (n,) and covariance (n, n) to others."""
         found = []
         for kf in self._filters:
-            for field, value in zip(self._fields, before):
-                setattr(kf, field, value.copy())
-            kf.predict(u)
-            kf.update(y)
+            self._step(kf, before, u, y)
             found.append(self._of(kf))
             if _near(before, after, found[:1] + found[-1:], 0):
                 return True
         return len(y) > ALL_ORDERS and len(found) > 2 and _near(before, after, found, SPREAD)
+
+    def _step(self, kf, before, u, y):
+        for field, value in zip(self._fields, before):
+            setattr(kf, field, value.copy())
+        kf.predict(u)
+        kf.update(y)
 
     def _of(self, kf):
         return [np.array(getattr(kf, field), dtype=float) for field in self._fields]

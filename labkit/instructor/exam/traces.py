@@ -1,11 +1,15 @@
 """What a worker is told of a check, and what it may answer."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
+
+import numpy as np
 
 from ...checks import CheckError, Data
 from ...checks.probing import expanded
 from ...checks.trace import READ, Stop, Trace
+from ...geometry import Array
+from ...history import History
 from ..sandbox.forms import Form, array, either, fields, flag, optional, row, several, text, whole
 from ..sandbox.wire import FrameError
 
@@ -63,3 +67,20 @@ def traces(data: Data, answer: Mapping[str, Any]) -> dict[str, Trace]:
     if "told" in answer:
         raise CheckError(data["name"], answer["told"], answer["lines"])
     return {id: Trace(t["steps"], t["stop"] and Stop(*t["stop"]), t["printed"]) for id, t in answer["traces"].items()}
+
+
+def run_of(answer: Mapping[str, Any], times: Array, mean: tuple[int, ...], fail: Callable[[str], NoReturn]) -> History:
+    """The History in an answer to `replay` over a log with these times [s] (N+1,).
+
+    mean: the shape of the estimate;  fail: is given a sentence for the student where it is none.
+    """
+    size, steps = int(np.prod(mean)), len(times) - 1
+    x, P = (steps, *mean), (steps, size, size)
+    shapes = {"x": (steps + 1, *mean), "P": (steps + 1, size, size), "x_prior": x, "P_prior": P}
+    for field, shape in shapes.items():
+        array = answer.get(field)
+        if not (isinstance(array, np.ndarray) and array.dtype == float and np.isfinite(array).all()):
+            fail("Your filter's estimate is not made of finite numbers.")
+        if array.shape != shape:
+            fail(f"Your filter's estimate has another shape than {mean} and ({size}, {size}).")
+    return History(times, **{field: answer[field] for field in shapes}, R=None)
