@@ -34,6 +34,7 @@ def found(name, path=None, target=None):
 
 PathFinder.find_spec = staticmethod(found)
 import socket, subprocess, threading
+import matplotlib.font_manager  # it has a thread watch over its first list of fonts, which Pyodide brings
 
 def cannot(*args, **kwargs):
     raise RuntimeError("can't start new thread")
