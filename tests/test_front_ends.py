@@ -23,7 +23,9 @@ KINDS = {  # what is started, and where the notebook then is
     "jupyter-nbclassic": "nbclassic/notebooks/short.ipynb",
     "voila": "voila/render/short.ipynb",
 }
-STARTED = "[...document.querySelectorAll('.jp-InputPrompt')].some(prompt => /[\\d*]/.test(prompt.textContent))"
+STARTED = (
+    "[...document.querySelectorAll('.jp-InputPrompt, .input_prompt')].some(prompt => /[\\d*]/.test(prompt.textContent))"
+)
 
 
 @pytest.fixture(scope="module")
@@ -83,15 +85,13 @@ def wait(address, process):
 
 def run_all(page, kind):
     """Run all cells; voila does so by itself."""
-    if kind == "jupyter-nbclassic":
-        page.wait_for_function("window.Jupyter?.notebook?.kernel?.is_connected()")
-        page.evaluate("Jupyter.notebook.execute_all_cells()")
-    elif kind != "voila":
-        page.locator(".jp-Notebook .jp-Cell").last.wait_for(state="attached")
-        while not page.evaluate(STARTED):  # a page that has no kernel yet runs nothing
+    while kind != "voila" and not page.evaluate(STARTED):  # a page that has no kernel yet runs nothing
+        if kind == "jupyter-nbclassic":
+            page.evaluate("window.Jupyter?.notebook?.execute_all_cells()")
+        else:
             page.get_by_role("menuitem", name="Run", exact=True).click()
             page.get_by_role("menuitem", name="Run All Cells", exact=True).click()
-            page.wait_for_timeout(4000)
+        page.wait_for_timeout(4000)
 
 
 @pytest.mark.parametrize("kind", KINDS)

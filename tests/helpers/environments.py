@@ -49,6 +49,7 @@ class Environment:
         book.cells = [*map(nbformat.v4.new_code_cell, first), *(cell for cell in book.cells if wanted(cell))]
         manager = AsyncKernelManager(kernel_name="bare", kernel_spec_manager=self.specs)
         client = NotebookClient(book, km=manager, timeout=600, resources={"metadata": {"path": str(path.parent)}})
+        client.owns_km = True  # so that the kernel ends with it
         client.execute(env=clean(**variables), stderr=subprocess.DEVNULL)
         return {cell.id: repr(cell.get("outputs")) for cell in book.cells}
 
