@@ -27,6 +27,7 @@ def main(out: str, lite: bool = False) -> int:
     lite: whether the students' kit comes with it as JupyterLite.
     """
     try:
+        print("Pages, pictures and reference are made: it may take a minute.", flush=True)
         site(ROOT, Path(out), lite)
     except CommandError as problem:
         print(f"labkit site: {problem}", file=sys.stderr)
@@ -34,6 +35,9 @@ def main(out: str, lite: bool = False) -> int:
     except OSError as error:
         print(f"labkit site: {sentence(error)}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("\nStopped. Nothing was written.", file=sys.stderr)
+        return 130
     print(f"{out}: open index.html; it needs no server and asks nothing of the internet.")
     if lite:
         print(UNTRIED.replace("OUT", out))

@@ -88,6 +88,16 @@ def test_what_is_there_is_not_written_over(tmp_path, capsys):
     assert "is there already: name a new folder" in capsys.readouterr().err
 
 
+def test_stopped_by_hand_it_says_so_and_leaves_nothing(tmp_path, capsys, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "NEEDS", {"site": ()})
+    monkeypatch.setattr(pages, "write", stop)
+    assert command.main(str(tmp_path / "out")) == 130
+    assert "Nothing was written" in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
 def test_what_is_missing_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(command, "NEEDS", {"site": ("no_such_sphinx",)})
     assert command.main(str(tmp_path / "out")) == 2
