@@ -36,7 +36,8 @@ def main(out: str, lite: bool = False) -> int:
         print(f"labkit site: {sentence(error)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("\nStopped. Nothing was written.", file=sys.stderr)
+        left = f"A part of it is in {out}: remove that." if Path(out).exists() else "Nothing was written."
+        print(f"\nStopped. {left}", file=sys.stderr)
         return 130
     print(f"{out}: open index.html; it needs no server and asks nothing of the internet.")
     if lite:
