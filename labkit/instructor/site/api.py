@@ -21,6 +21,7 @@ ROOMS = {
     "labkit.guesses": "guesses/__init__.py",
     "labkit.notebook": "notebook/answers.py",
 }
+_NAMED = re.compile(r"\*{0,2}\w+(, \w+)*: ")
 INSIDE = ("cli.py", "__main__.py", "kinds.py")
 
 
@@ -68,7 +69,7 @@ def _paragraph(lines: list[str]) -> Iterator[str]:
     """A paragraph of a docstring; one that explains names, or is laid out in lines, keeps its lines."""
     if all(line.startswith("    ") for line in lines):
         yield from ["::", "", *lines]
-    elif any(re.match(r"[\w, .*]+: |\s", line) for line in lines):
+    elif any(line[0] == " " for line in lines) or sum(bool(_NAMED.match(line)) for line in lines) > 1:
         joined = re.sub(r"\n\s+", " ", "\n".join(line.rstrip() for line in lines))
         yield from (f"| {_plain(re.sub(' {2,}', '  ', line))}" for line in joined.splitlines())
     else:
