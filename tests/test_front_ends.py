@@ -7,6 +7,7 @@ import subprocess
 import time
 import urllib.error
 import urllib.request
+from contextlib import suppress
 
 import nbformat
 import pytest
@@ -85,12 +86,16 @@ def wait(address, process):
 
 def run_all(page, kind):
     """Run all cells; voila does so by itself."""
+    from playwright.sync_api import TimeoutError
+
     while kind != "voila" and not page.evaluate(STARTED):  # a page that has no kernel yet runs nothing
         if kind == "jupyter-nbclassic":
             page.evaluate("window.Jupyter?.notebook?.execute_all_cells()")
         else:
-            page.get_by_role("menuitem", name="Run", exact=True).click()
-            page.get_by_role("menuitem", name="Run All Cells", exact=True).click()
+            with suppress(TimeoutError):  # a menu that closes while the page is still being put together
+                page.keyboard.press("Escape")
+                page.get_by_role("menuitem", name="Run", exact=True).click(timeout=20_000)
+                page.get_by_role("menuitem", name="Run All Cells", exact=True).click(timeout=20_000)
         page.wait_for_timeout(4000)
 
 
