@@ -28,6 +28,7 @@ def pixels(data):
 def drawn(monkeypatch):
     """{figure: [(text, box)]} of all texts that really get drawn, with their boxes [pixels]."""
     boxes, draw = {}, Text.draw
+    plt.close("all")  # what tests before have left
 
     def watched(self, renderer, *args, **kwargs):
         if self.get_visible() and self.get_text().strip():

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib
+from matplotlib import pyplot
 from PIL import Image
 
 from ...notebook.read import Cell, read
@@ -32,7 +32,7 @@ def films(executed: Path) -> dict[str, list[Image.Image]]:
         cells.append(replace(cell, source=named or cell.source))
     if not found:
         return {}
-    matplotlib.use("Agg")
+    pyplot.switch_backend("Agg")
     session = Session(cells)
     wanted = [NAME.format(number) for number in range(len(found))]
     # The labs look for each other's answers in their own folder, and print how they are doing.
@@ -40,6 +40,7 @@ def films(executed: Path) -> dict[str, list[Image.Image]]:
         for problem in session.run(wanted, SECONDS):
             raise CommandError(f"{executed}, {problem.where} stopped: {' '.join(problem.lines)}")
         screens: dict[str, Any] = {id: session.names[name] for id, name in zip(found, wanted)}
+        pyplot.close("all")  # what the cells before have drawn
         return {id: screen.film() for id, screen in screens.items()}
 
 
