@@ -16,8 +16,8 @@ NEEDS = {
 }
 UNTRIED = """\
 In OUT/lite is JupyterLab without a server: publish the folder, or serve it with `python3 -m http.server`. Its
-Python comes from cdn.jsdelivr.net (Pyodide) and pypi.org, so whoever opens it needs the internet. It was tried up to
-where NumPy comes in: try one lab before a class does.\
+Python comes from cdn.jsdelivr.net (Pyodide) and the Python package index, so whoever opens it needs the internet. It
+was tried up to where NumPy comes in: try one lab before a class does.\
 """
 
 

@@ -1,9 +1,9 @@
 """JupyterLite: the students' kit in a browser, by way of Pyodide, with nothing installed.
 
-Pyodide itself (cdn.jsdelivr.net), ipywidgets and filterpy (pypi.org) come from the web when a lab is opened. Without it
-the tests see that all is built and opens, up to the kernel's start, and that labs need nothing that Pyodide lacks. With
-Pyodide 314.0.6, which its package for Node.js brings without NumPy, the kernel has started, installed the kit and shown
-a slider. That a whole lab runs there has not been seen.
+Pyodide itself (cdn.jsdelivr.net), ipywidgets and filterpy (from the Python package index) come from the web when a lab
+is opened. Without it the tests see that all is built and opens, up to the kernel's start, and that labs need nothing
+that Pyodide lacks. With Pyodide 314.0.6, which its package for Node.js brings without NumPy, the kernel has started,
+installed the kit and shown a slider. That a whole lab runs there has not been seen.
 """
 
 import json
