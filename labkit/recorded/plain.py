@@ -36,6 +36,7 @@ ABOUT = {  # {key: (what it must be, whether a value is that)}; others are ids t
     "others": ("a list of ids", lambda value: all(isinstance(i, int | str) for i in [*value])),
 }
 GAP = 0.5  # [s] the truth is interpolated across shorter gaps, and unknown (NaN) in longer ones
+MANY = 15  # times as much turning as the truth has no wheels slip, but degrees taken for radians are 57 times as much
 NEEDED = ("steps.csv", "measurements.csv", "landmarks.csv")
 
 
@@ -93,12 +94,17 @@ def fields(folder: Path) -> dict[str, Any]:
     truth = None
     if (folder / "truth.csv").exists():
         truth = _truth(read(folder / "truth.csv", TRUTH), times, notes)
-    known = {"frame": frame, "notes": tuple(notes), "name": about.get("name", folder.resolve().name)}
+    _see_to_turns(steps, truth)
+    known = {"frame": frame, "name": about.get("name", folder.resolve().name)}
     known |= {name: np.array(about[name], dtype=float) for name in "QR" if name in about}
+    fields = seen_in(seen, times, landmarks, about.get("others", []))
+    if len(times) > 3 and len(fields["seen_step"]) > 2 and not fields["seen_step"].any():
+        notes.append("all measurements lie in the first step: is their time in the unit that the header says?")
     return known | {
         "times": times,
         "controls": steps.rows[:, 2:],
-        **seen_in(seen, times, landmarks, about.get("others", [])),
+        **fields,
+        "notes": tuple(notes),
         "sensor": SEEN[seen.columns],
         "truth": truth,
         "range": about.get("range"),
@@ -172,6 +178,28 @@ def _clock(steps):
     apart = np.append(False, abs(start[1:] - end[:-1]) > 1e-3 * (end - start)[1:])
     steps.check(apart, "start [s] is {0:.12g}, but a step must start when the one of the line above ends")
     return np.append(start[0], end)
+
+
+def _see_to_turns(steps, truth):
+    """DataError where turns cannot be in radians: more than half a turn in a step, or many times what the truth has."""
+    column, way = steps.columns[-1], STEPS[steps.columns]
+    if way != "robot":
+        return
+    turns = abs(steps.rows[:, -1])
+    if column.startswith("turned"):
+        steps.check(
+            turns > np.pi, f"{column} is {{{steps.rows.shape[1] - 1}:.6g}} in one step, half a turn is 3.14: in [deg]?"
+        )
+    else:
+        turns = turns * (steps.rows[:, 1] - steps.rows[:, 0])
+    if truth is not None and truth.shape[1] == 3:
+        moved = abs(wrap(np.diff(truth[:, 2])))
+        known = np.isfinite(moved)
+        if turns[known].sum() > 1 + MANY * moved[known].sum():
+            told = (
+                f"the robot turns by {turns[known].sum():.3g} rad in all, but in truth.csv by {moved[known].sum():.3g}"
+            )
+            raise DataError(f"{steps.path}, line 1: by {column} {told}: is it in degrees?")
 
 
 def _truth(table, times, notes):

@@ -155,6 +155,24 @@ def test_a_lecturers_own_files_in_their_own_units(plain):
     np.testing.assert_allclose(log.map.positions, again.map.positions)
 
 
+def test_turns_in_degrees_and_times_that_shrink_are_noticed(plain):
+    headings = "time [s],x [m],y [m],heading [rad]\n0,0,0,0\n0.5,0,0,0\n1,0,0,0.05\n1.5,0,0,0.1\n"
+    truth, steps = (PLAIN["truth.csv"], headings), PLAIN["steps.csv"].replace("0.2,0.1", "0.2,5.7")
+    assert len(Log.load(plain(truth=truth))) == 3
+    with pytest.raises(DataError, match=r"steps.csv, line 1: by turn rate .* 5.7 rad in all, .* by 0.1: is it in deg"):
+        Log.load(plain(truth=truth, steps=(PLAIN["steps.csv"], steps)))
+    legs = "start [s],end [s],ahead [m],left [m],turned [rad]\n0,0.5,0.1,0,0\n0.5,1,0.1,0,5.7\n1,1.5,0.1,0,0\n"
+    with pytest.raises(
+        DataError, match=r"line 3: turned \[rad\] is 5.7 in one step, half a turn is 3.14: in \[deg\]\?"
+    ):
+        Log.load(plain(steps=(PLAIN["steps.csv"], legs)))
+    assert not any("first step" in note for note in Log.load(plain()).notes)
+    seen = "time [ms],id,range [m],bearing [rad]\n0.5,3,2.1,0.4\n1.0,3,2.1,0.4\n1.2,3,2.1,0.4\n"
+    assert (
+        "in the unit that the header says" in Log.load(plain(measurements=(PLAIN["measurements.csv"], seen))).notes[-1]
+    )
+
+
 def test_truth_with_times_of_its_own_is_interpolated_the_short_way_round(plain):
     t = np.arange(0, 1.6, 0.06)
     rows = "\n".join(f"{a},{a},0,{wrap(3 + 0.2 * a)}" for a in t)

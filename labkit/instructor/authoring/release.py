@@ -25,6 +25,7 @@ Kit: TypeAlias = dict[str, tuple[bytes, int]]  # path: content and mode of a fil
 
 # What is in, rather than what is out: a file that nobody thought of stays at home.
 FILES = (
+    ".gitignore",
     "LICENSE",
     "environment.yml",
     "lab.py",

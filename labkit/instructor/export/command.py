@@ -8,6 +8,7 @@ from pathlib import Path
 from .. import files
 from ..authoring.release import Kit
 from ..records import CommandError
+from ..report.texts import counted
 from ..trouble import sentence, why
 from . import ALLOWED, KEPT, KINDS
 
@@ -25,7 +26,7 @@ def main(args: Namespace) -> int:
     except OSError as error:
         print(f"labkit export: {sentence(error)}", file=sys.stderr)
         return 2
-    print(f"{args.out}: {len(written)} files. docs/elsewhere.md tells under `Other graders` how it goes on.")
+    print(f"{args.out}: {counted(len(written), 'file')}. docs/elsewhere.md tells under `Other graders` how it goes on.")
     return 0
 
 

@@ -12,6 +12,11 @@ from ..records import CommandError
 
 WORKFLOW = Path(__file__).with_name("templates") / "classroom.yml.txt"
 SETUP = "python3 lab.py setup"
+# What the students' README says of handing in, and what it says here.
+HAND_IN = (
+    "check it, and hand in the file itself, such as",
+    "check it, and hand it in: `git add -A`, `git commit -m Lab`, `git push`. The tests run under *Actions*. It is",
+)
 MINUTES = 10  # for one check: a notebook is run for it
 
 
@@ -24,9 +29,10 @@ def files(labs: Sequence[str], allowed: Sequence[str]) -> Kit:
     text = {
         ".github/classroom/autograding.json": json.dumps({"tests": tests}, indent=2, ensure_ascii=False) + "\n",
         ".github/workflows/classroom.yml": workflow(tests),
-        ".gitignore": "/.venv/\n/data/\n__pycache__/\n.ipynb_checkpoints/\n",
     }
-    return proven(ROOT, labs) | {path: (content.encode(), 0o644) for path, content in text.items()}
+    kit = proven(ROOT, labs)
+    readme = kit["README.md"][0].decode().replace(*HAND_IN)
+    return kit | {path: (content.encode(), 0o644) for path, content in (text | {"README.md": readme}).items()}
 
 
 def visible(paper: Paper) -> list[dict[str, Any]]:

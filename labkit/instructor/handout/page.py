@@ -20,6 +20,7 @@ from ...notebook.session import Session
 from ..authoring import kit
 from ..records import CommandError
 from ..report.formula import mathml
+from ..report.texts import counted
 
 LINES = 6, 2  # to write on under a question: these, and so many more for each point
 
@@ -70,7 +71,8 @@ def _parts(cell, outputs, hints):
         yield from filter(None, map(_output, outputs))
     elif cell.role == "answer":
         points = cell.metadata.get("nbgrader", {}).get("points", 0)
-        yield Part("answer", lines=round(LINES[0] + LINES[1] * points))
+        worth = Markup.escape(counted(points, "point")) if points else Markup()
+        yield Part("answer", worth, round(LINES[0] + LINES[1] * points))
     else:
         yield Part("text", _text(_HINT.sub(lambda found: _put_by(found, hints), cell.source)))
 

@@ -15,9 +15,9 @@ NEEDS = {
     "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel", "hatchling"),
 }
 UNTRIED = """\
-In OUT/lite is JupyterLab without a server: publish the folder, or serve it with `python3 -m http.server`. Its
-Python comes from cdn.jsdelivr.net (Pyodide) and the Python package index, so whoever opens it needs the internet. It
-was tried up to where NumPy comes in: try one lab before a class does.\
+In OUT/lite are the labs in JupyterLab without a server: publish the folder, or serve it with
+`python3 -m http.server`. Their Python comes from cdn.jsdelivr.net (Pyodide) and the Python package index, so whoever
+opens one needs the internet. It was tried up to where NumPy comes in: try one lab before a class does.\
 """
 
 
@@ -39,7 +39,7 @@ def main(out: str, lite: bool = False) -> int:
         left = f"A part of it is in {out}: remove that." if Path(out).exists() else "Nothing was written."
         print(f"\nStopped. {left}", file=sys.stderr)
         return 130
-    print(f"{out}: open index.html; it needs no server and asks nothing of the internet.")
+    print(f"{out}: open index.html; its pages need no server and ask nothing of the internet.")
     if lite:
         print(UNTRIED.replace("OUT", out))
     return 0

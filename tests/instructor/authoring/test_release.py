@@ -80,6 +80,7 @@ def test_the_files_are_those_that_students_need(kit):
         ".binder/requirements.txt",
         ".binder/runtime.txt",
         ".devcontainer/devcontainer.json",
+        ".gitignore",
         ".vscode/extensions.json",
         "LICENSE",
         "README.md",

@@ -185,6 +185,8 @@ def test_the_repository_has_the_visible_checks_and_no_other(template):
 
 def test_the_workflow_runs_each_test_and_reports_it(template):
     text = template[".github/workflows/classroom.yml"][0].decode()
+    assert b"`git push`" in template["README.md"][0] and b"hand in the file" not in template["README.md"][0]
+    assert b"/.venv/" in template[".gitignore"][0]
     numbers = range(1, 8)
     assert re.findall(r"^        id: (.*)$", text, re.M) == [f"test-{number}" for number in numbers]
     assert re.findall(r"^          max-score: (.*)$", text, re.M) == ["1", "1", "3", "2", "2", "2", "2"]

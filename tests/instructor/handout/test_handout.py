@@ -23,6 +23,7 @@ def test_each_question_has_lines_and_each_formula_is_read(pages):
     for lab, text in pages.items():
         questions = [cell for cell in read(ROOT / f"notebooks/{lab}.ipynb") if cell.role == "answer" and not cell.code]
         assert text.count('<div class="answer">') == len(questions) > 0
+        assert text.count("points</div>") + text.count("1 point</div>") == len(questions)
         assert text.count('<div class="line">') >= 8 * len(questions)
         assert "<math" in text and "$" not in re.sub(r"(?s)<pre.*?</pre>|<style.*?</style>", "", text)
         assert not re.search(r"<code>[^<]*\\[a-z]", text)  # a formula that could not be read stays as it was typed
