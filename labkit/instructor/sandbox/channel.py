@@ -118,6 +118,9 @@ class Channel:
         with selectors.DefaultSelector() as selector:
             selector.register(stream, event)
             while not selector.select(LOOK):
+                # What it had started may hold its pipes open: bwrap's inner half, where the outer one was killed early.
+                if self.worker.process.poll() is not None and not selector.select(0):
+                    raise self._gone()
                 if limit.over():
                     raise WorkerLostError(STOPPED, stopped=True)
 

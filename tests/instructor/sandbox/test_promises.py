@@ -17,6 +17,7 @@ from labkit.instructor.sandbox import cgroup, choose, levels, probe
 from labkit.instructor.sandbox.channel import Channel, NotGradedError, StudentCodeError, WorkerLostError
 from labkit.instructor.sandbox.forms import fields
 from labkit.instructor.sandbox.launch import INSIDE, Sandbox, make_runtime, readable
+from labkit.instructor.sandbox.process import Process
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="grading needs a Unix")
 
@@ -148,6 +149,28 @@ def test_a_worker_that_is_gone_is_told_of_and_leaves_nothing(found):
         channel.end()
         assert os.listdir(folder) == ["runtime"]
     assert channel.worker.process.poll() is not None
+
+
+class Halved:
+    """A sandbox whose outer process is killed before the inner one, which holds its pipes open, is shut in."""
+
+    def start(self, seconds):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "bufsize": 0}
+        process = subprocess.Popen(["sh", "-c", "sleep 600 <&0 & kill -9 $$"], start_new_session=True, **pipes)
+        return Process(process, "", {}, way="bubblewrap")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no such processes")
+def test_a_worker_whose_other_half_goes_on_is_not_waited_for():
+    channel, start = Channel(Halved(), 60), time.monotonic()
+    with pytest.raises(NotGradedError, match="the system ended a worker .signal SIGKILL"):
+        channel.settle()
+    assert time.monotonic() - start < 5
+    channel.end()
+    with pytest.raises(ProcessLookupError):  # nothing of its group is left
+        for _ in range(100):
+            os.killpg(channel.worker.process.pid, 0)
+            time.sleep(0.02)
 
 
 def test_a_process_is_put_into_its_control_group_first(tmp_path):
