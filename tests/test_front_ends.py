@@ -88,6 +88,8 @@ def run_all(page, kind):
     """Run all cells; voila does so by itself."""
     from playwright.sync_api import TimeoutError
 
+    if kind == "jupyter-nbclassic":  # what runs before its part for widgets is there shows pictures and no sliders
+        page.wait_for_function("window.Jupyter?.notebook?.kernel?.widget_manager")
     while kind != "voila" and not page.evaluate(STARTED):  # a page that has no kernel yet runs nothing
         if kind == "jupyter-nbclassic":
             page.evaluate("window.Jupyter?.notebook?.execute_all_cells()")

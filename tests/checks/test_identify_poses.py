@@ -87,6 +87,9 @@ def test_what_follows_from_the_first_reading_is_no_second_mistake():
 
 
 def test_a_part_that_two_known_mistakes_share_is_told_as_neither_where_the_rest_is_hidden():
-    form = [("for i, j, z in seen:", "for j, i, z in seen:"), ("(K @ nu).reshape(-1, 3)", "(K @ nu).reshape(3, -1).T")]
-    text = " ".join(str(failure(PAPER, form)).split())
+    mixed = ("for i, j, z in seen:", "for j, i, z in seen:")
+    unknown, known = "(K @ nu)[::-1].reshape(-1, 3)", "(K @ nu).reshape(3, -1).T"
+    text = " ".join(str(failure(PAPER, [mixed, ("(K @ nu).reshape(-1, 3)", unknown)])).split())
     assert "the expected bearing of the reading (1, 0)" in text and "changed places in h" not in text
+    text = " ".join(str(failure(PAPER, [mixed, ("(K @ nu).reshape(-1, 3)", known)])).split())  # what comes of both
+    assert "Observer and target are mixed up" in text and "Also: K nu is cut up the wrong way" in text

@@ -14,6 +14,11 @@ NEEDS = {
     "site": ("sphinx", "myst_parser", "furo", "ziamath"),
     "lite": ("jupyterlite_core", "jupyterlite_pyodide_kernel", "hatchling"),
 }
+APART = (
+    "They want an environment of their own, since in the kit's they would disturb JupyterLab: `python3 -m venv lite`, "
+    "`lite/bin/python -m pip install jupyterlab jupyterlite-core jupyterlite-pyodide-kernel hatchling`; then let the "
+    "variable LABKIT_LITE name that Python, by its whole path."
+)
 UNTRIED = """\
 In OUT/lite are the labs in JupyterLab without a server: publish the folder, or serve it with
 `python3 -m http.server`. Their Python comes from cdn.jsdelivr.net (Pyodide) and the Python package index, so whoever
@@ -49,10 +54,11 @@ def site(root: Path, out: Path, lite: bool = False) -> None:
     """Make the site of the project in `root` in the folder `out`, new or empty. Raises CommandError and OSError."""
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise CommandError(f"{out} is there already: name a new folder. Nothing is deleted.")
-    for extra in ("site", *(["lite"] if lite else [])):
-        _need(extra)
+    _need("site", "In the folder of the full kit, `pip install '.[site]'` gets it.")
     from . import lite as browser, pages, sphinx
 
+    if lite and browser.python() == sys.executable:
+        _need("lite", APART)
     with temporary("site") as scratch:
         written, made = Path(scratch) / "pages", Path(scratch) / "site"
         pages.write(root, written, lite)
@@ -63,9 +69,7 @@ def site(root: Path, out: Path, lite: bool = False) -> None:
         shutil.copytree(made, out, dirs_exist_ok=True)
 
 
-def _need(extra):
+def _need(extra, cure):
     missing = [name for name in NEEDS[extra] if not importlib.util.find_spec(name)]
     if missing:
-        raise CommandError(
-            f"{', '.join(missing)} cannot be found. In the folder of the full kit, `pip install '.[{extra}]'` gets it."
-        )
+        raise CommandError(f"{', '.join(missing)} cannot be found. {cure}")

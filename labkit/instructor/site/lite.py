@@ -7,6 +7,7 @@ installed the kit and shown a slider. That a whole lab runs there has not been s
 """
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ from typing import Any
 
 from ..authoring.release import release
 from ..records import CommandError
+from ..trouble import why
 
 ABSENT = ("psutil",)  # only the command line needs it
 INSTALL = "%pip install -q robot-localization-labkit"
@@ -29,6 +31,11 @@ FIRST: dict[str, Any] = {
 }
 
 
+def python() -> str:
+    """The Python that has jupyterlite, which LABKIT_LITE names: in the kit's own it would disturb JupyterLab."""
+    return os.environ.get("LABKIT_LITE") or sys.executable
+
+
 def build(root: Path, out: Path, scratch: Path) -> None:
     """Make JupyterLite with the students' kit of the project in `root` in `out`. Raises CommandError and OSError.
 
@@ -37,13 +44,13 @@ def build(root: Path, out: Path, scratch: Path) -> None:
     kit, wheels, contents = scratch / "kit", scratch / "wheels", scratch / "contents"
     release(root, kit)
     pin(kit / "pyproject.toml")
-    _run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(wheels)], kit)
+    _run([python(), "-m", "hatchling", "build", "-t", "wheel", "-d", str(wheels)], kit)
     shutil.copytree(kit / "notebooks", contents / "notebooks")
     for path in sorted(contents.glob("notebooks/*.ipynb")):
         notebook = json.loads(path.read_text(encoding="utf-8"))
         notebook["cells"].insert(0, FIRST)
         path.write_text(json.dumps(notebook, indent=1, ensure_ascii=False), encoding="utf-8")
-    line = [sys.executable, "-m", "jupyter", "lite", "build", "--apps", "lab", "--no-sourcemaps"]
+    line = [python(), "-m", "jupyter", "lite", "build", "--apps", "lab", "--no-sourcemaps"]
     line += ["--no-unused-shared-packages", "--contents", str(contents), "--output-dir", str(out)]
     _run([*line, "--piplite-wheels", str(next(wheels.iterdir()))], scratch)
 
@@ -55,7 +62,10 @@ def pin(project: Path) -> None:
 
 
 def _run(line, folder):
-    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise CommandError(f"{line[0]}, which LABKIT_LITE names, cannot be run: {why(error)}.") from None
     if done.returncode:
         told = "\n".join((done.stdout + done.stderr).strip().splitlines()[-8:])
         raise CommandError(f"`{' '.join(line[1:5])} ...` stopped:\n{told}")

@@ -208,7 +208,7 @@ def test_the_commands_of_the_repository_tell_right_from_wrong(tmp_path):
 
 def test_the_environment_of_nbgrader_can_be_made_from_both_lists():
     """A package in both could have two versions, which pip refuses."""
-    both = [(ROOT / "tests" / name).read_text(encoding="utf-8") for name in ("requirements.txt", "nbgrader.txt")]
+    both = [(ROOT / "tests" / name).read_text(encoding="utf-8") for name in ("requirements.txt", "others.txt")]
     kit, more = (set(re.findall(r"^([\w.-]+)==", text, re.M)) for text in both)
     assert "nbgrader" in more and not kit & more
 
