@@ -44,7 +44,7 @@ FULL_HELP = """\
   python3 lab.py release|handout|export|site|build|new ...   the same, for those who hand out
 """
 # How long the tests take on two quiet cores [s, minutes], to be measured anew when they change much.
-QUICK_TESTS, ALL_TESTS = 70, 12
+QUICK_TESTS, ALL_TESTS = 70, 15
 FIRST_LAB = "notebooks/01_cartesian_ekf.ipynb"
 
 # Each of these, set for another Python, would lead the environment's programs astray.

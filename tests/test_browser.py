@@ -4,9 +4,9 @@ import nbformat
 import pytest
 
 from helpers.browser import LAB1, LAB3, Page, answers, cells, jupyterlab, put, put_filled
-from helpers.reference import LABS, ROOT
+from helpers.reference import LABS, ROOT, by_itself
 
-pytestmark = pytest.mark.browser
+pytestmark = [by_itself, pytest.mark.browser]
 
 # Letters and their ground differ by at least this ratio of luminance (WCAG 2, level AA).
 READABLE = 4.5

@@ -25,7 +25,6 @@ Kit: TypeAlias = dict[str, tuple[bytes, int]]  # path: content and mode of a fil
 
 # What is in, rather than what is out: a file that nobody thought of stays at home.
 FILES = (
-    ".gitignore",
     "LICENSE",
     "environment.yml",
     "lab.py",
@@ -37,8 +36,9 @@ FILES = (
     "labkit/jupyter/overrides.json",
     "labkit/notebook/given.json",
 )
-# For those who put the kit where Binder, Codespaces or VS Code find it; a project may be without.
+# For those who put the kit where git, Binder, Codespaces or VS Code find it; a project may be without.
 ELSEWHERE = (
+    ".gitignore",
     ".binder/postBuild",
     ".binder/requirements.txt",
     ".binder/runtime.txt",
