@@ -1,6 +1,10 @@
 """What to say when the computer itself cannot: the cause, as the system names it, and the cure."""
 
 import errno
+import sys
+from collections.abc import Callable
+
+from .records import CommandError
 
 CURES = {
     errno.ENOSPC: "there is no room left; make room on that disk",
@@ -25,3 +29,16 @@ def why(error: OSError) -> str:
 def sentence(error: OSError) -> str:
     """The same with the file that it is about, where that is known."""
     return f"{error.filename}: {why(error)}." if error.filename else f"{why(error)}."
+
+
+def ended(name: str, work: Callable[[], None]) -> int:
+    """The exit status of a command whose work is this: 0, or 2 where a sentence has told what stopped it."""
+    try:
+        work()
+    except CommandError as problem:
+        print(f"{name}: {problem}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"{name}: {sentence(error)}", file=sys.stderr)
+        return 2
+    return 0

@@ -1,7 +1,6 @@
 """`labkit export`: write what another grader needs into a folder."""
 
 import importlib
-import sys
 from argparse import Namespace
 from pathlib import Path
 
@@ -9,25 +8,22 @@ from .. import files
 from ..authoring.release import Kit
 from ..records import CommandError
 from ..report.texts import counted
-from ..trouble import sentence, why
+from ..trouble import ended, why
 from . import ALLOWED, KEPT, KINDS
 
 
 def main(args: Namespace) -> int:
     """Run `labkit export` with parsed arguments; returns the exit status."""
-    try:
-        kind = importlib.import_module(f"{__package__}.{KINDS[args.kind]}")
-        out = _folder(args.out)
-        kit = kind.files(list(dict.fromkeys(args.labs)), [name for name in ALLOWED if getattr(args, name)])
-        written = write(kit, out, args.force)
-    except CommandError as problem:
-        print(f"labkit export: {problem}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"labkit export: {sentence(error)}", file=sys.stderr)
-        return 2
+    return ended("labkit export", lambda: export(args))
+
+
+def export(args: Namespace) -> None:
+    """Write what args.kind of grader needs for args.labs into args.out. Raises CommandError and OSError."""
+    kind = importlib.import_module(f"{__package__}.{KINDS[args.kind]}")
+    out = _folder(args.out)
+    kit = kind.files(list(dict.fromkeys(args.labs)), [name for name in ALLOWED if getattr(args, name)])
+    written = write(kit, out, args.force)
     print(f"{args.out}: {counted(len(written), 'file')}. docs/elsewhere.md tells under `Other graders` how it goes on.")
-    return 0
 
 
 def _folder(name):

@@ -9,8 +9,8 @@ from typing import Any
 
 from .. import files
 from ..exam.paper import read
-from ..records import Check, CommandError, Result
-from ..trouble import sentence
+from ..records import Check, Result
+from ..trouble import ended
 from . import SETTINGS
 from .single import graded, told
 
@@ -21,22 +21,19 @@ VISIBLE, LATER = "visible", "after_published"
 
 def main() -> int:
     """Grade what is in the submission's folder; exit status. What is not graded leaves no results, and no score."""
-    root, start = Path(os.environ.get("AUTOGRADER", "/autograder")), time.monotonic()
-    try:
-        settings = json.loads((root / "source" / SETTINGS).read_text(encoding="utf-8"))
-        about = settings["lab"], root / "submission", student(root / "submission_metadata.json")
-        result = graded(*about, settings["seed"], settings["allowed"])
-        found = results(result, read(settings["lab"]).checks)
-        found["execution_time"] = round(time.monotonic() - start, 1)
-        (root / "results").mkdir(exist_ok=True)
-        files.write(root / "results" / "results.json", json.dumps(found, indent=1))
-    except CommandError as problem:
-        print(f"labkit: {problem}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"labkit: {sentence(error)}", file=sys.stderr)
-        return 2
-    return 0
+    return ended("labkit", lambda: grade(Path(os.environ.get("AUTOGRADER", "/autograder"))))
+
+
+def grade(root: Path) -> None:
+    """Grade the submission in Gradescope's folder `root`. Raises CommandError and OSError."""
+    start = time.monotonic()
+    settings = json.loads((root / "source" / SETTINGS).read_text(encoding="utf-8"))
+    about = settings["lab"], root / "submission", student(root / "submission_metadata.json")
+    result = graded(*about, settings["seed"], settings["allowed"])
+    found = results(result, read(settings["lab"]).checks)
+    found["execution_time"] = round(time.monotonic() - start, 1)
+    (root / "results").mkdir(exist_ok=True)
+    files.write(root / "results" / "results.json", json.dumps(found, indent=1))
 
 
 def student(metadata: Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..authoring.release import ROOT
 from ..folders import temporary
 from ..records import CommandError
-from ..trouble import sentence
+from ..trouble import ended
 
 NEEDS = {
     "site": ("sphinx", "myst_parser", "furo", "ziamath"),
@@ -31,15 +31,10 @@ def main(out: str, lite: bool = False) -> int:
 
     lite: whether the students' kit comes with it as JupyterLite.
     """
+    print("Pages, pictures and reference are made: it may take a minute.", flush=True)
     try:
-        print("Pages, pictures and reference are made: it may take a minute.", flush=True)
-        site(ROOT, Path(out), lite)
-    except CommandError as problem:
-        print(f"labkit site: {problem}", file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f"labkit site: {sentence(error)}", file=sys.stderr)
-        return 2
+        if status := ended("labkit site", lambda: site(ROOT, Path(out), lite)):
+            return status
     except KeyboardInterrupt:
         left = f"A part of it is in {out}: remove that." if Path(out).exists() else "Nothing was written."
         print(f"\nStopped. {left}", file=sys.stderr)
