@@ -12,7 +12,7 @@ from .spec import Check, Form, build
 from .stored import pack
 
 MOST = 40  # forms of known mistakes whose pairs are all tried: those of the filters of labs 1 and 3 would take an hour
-DIGITS = 4  # half a tolerance of `compare`; a pair is recognised by many numbers
+DIGITS = 4  # off by a quarter of a tolerance of `compare` at most; a pair is recognised by many numbers
 
 
 def of(check: Check, source: str, data: Mapping[str, Any]) -> list[dict]:
