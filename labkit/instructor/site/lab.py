@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import nbformat
 
+from ..authoring import kit
 from ..records import CommandError
 from . import film
 
@@ -54,7 +55,7 @@ def page(student: Path, executed: Path, folder: Path, lite: bool = False) -> str
             parts.append(cell.source)
             section = (re.findall(r"(?m)^##+ (.+)", cell.source) or [section])[-1]
             continue
-        if cell.metadata.get("jupyter", {}).get("source_hidden"):  # which gets the kit, and is the same in all labs
+        if cell.id == kit.ID:
             continue
         if not cell.metadata.get("jupyter", {}).get("source_hidden"):  # as in the notebook, what is folded stays away
             parts.append(f"```python\n{cell.source}\n```")
