@@ -53,9 +53,10 @@ class Marking:
         self.address, self.port, self.token = found[0], int(found[1]), found[2]
 
     def kill(self):
-        """As when the power fails."""
-        self.process.send_signal(signal.SIGKILL)
-        self.process.communicate()
+        """As when the power fails; a second time does nothing."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
 
     def end(self):
         """As by Ctrl-C; (exit status, what it said after its address)."""

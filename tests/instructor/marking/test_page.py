@@ -13,6 +13,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 PNG = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 PATIENCE = 60_000  # [ms] for anything of the page: no limit, but an end of what never comes
+# Keys that are pressed before the page's script is there do nothing: so slow [ms], a test that does not wait fails.
+SLOW = {"offline": False, "latency": 100, "downloadThroughput": -1, "uploadThroughput": -1}
 
 
 class Reader:
@@ -21,6 +23,9 @@ class Reader:
     def __init__(self, browser, server, name):
         self.page = browser.new_context().new_page()
         self.page.set_default_timeout(PATIENCE)
+        line = self.page.context.new_cdp_session(self.page)
+        line.send("Network.enable")
+        line.send("Network.emulateNetworkConditions", SLOW)
         self.name, self.asked, self.complaints = name, [], []
         self.page.on("console", lambda m: self.complaints.append(m.text) if m.type == "error" else None)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -31,7 +36,7 @@ class Reader:
     def begin(self):
         """Open the first question's next answer."""
         self.page.locator(".questions a").first.click()
-        self.page.locator("h1").wait_for()
+        self.wait("#give")
         return self
 
     def press(self, *keys):
@@ -42,7 +47,9 @@ class Reader:
         return self.page.locator(what).inner_text()
 
     def wait(self, what):
+        """Return when it is there and the page's script, which listens to the keys, has run."""
         self.page.locator(what).first.wait_for()
+        self.page.wait_for_load_state()
 
     @property
     def names(self):
