@@ -6,6 +6,9 @@ import numpy as np
 
 from .findings import Finding, acts, close, number_text
 from .single import Single
+from .wraps import shows_angles
+
+FOLLOWS = "Singular matrix", "no finite number"  # where something else is wrong as well
 
 
 def several(single: Single, found: list[Finding]) -> list[Finding]:
@@ -15,8 +18,8 @@ def several(single: Single, found: list[Finding]) -> list[Finding]:
     for id in ("two", "three"):
         words = f"{told} {id} in view"
         if id in single.probed.stops and id not in single.probed.mine:
-            if "entries" in before:
-                return []  # that product stops with several landmarks
+            if "entries" in before or before and any(word in single.probed.stops[id] for word in FOLLOWS):
+                return []  # that product stops with several landmarks, and a wrong S may have no inverse
             return [Finding("several", f"{words} `update` {single.probed.stops[id]}")]
         if id in single.probed.mine:
             a = single.probed.mine[id]
@@ -24,7 +27,7 @@ def several(single: Single, found: list[Finding]) -> list[Finding]:
             if text:
                 value = [part for part in (a.gain, a.moved, a.after) if part.size]
                 return [Finding("several", f"{words} {text}", value)]
-    text = "" if "wrap" in before else _far(single)
+    text = "" if before & {"wrap", "measured"} else _far(single)
     return [Finding("several", f"{told} two in view {text}", [np.ones(1)])] if text else []
 
 
@@ -75,6 +78,8 @@ def _differs(single, id, r, before):
         return ""
     if single.probed.probes[id]["first"] > 1 and before:
         return ""  # one reading after the other: it follows from what is wrong with the first
+    if "h" in before and ("H" in before or np.abs(a.gain).max() > 20 * np.abs(r.gain).max()):
+        return ""  # it may be another landmark's, or a jump of what is expected
     if not close(a.gain, r.gain):
         if before and close(a.after, r.after):
             return ""  # P tells that H and R are stacked right; what is wrong with one may well be all
@@ -87,7 +92,7 @@ def _differs(single, id, r, before):
 def _far(single):
     """A bearing nearly a turn off moves the estimate as the same gain says, beside another landmark."""
     near, far = (single.probed.mine.get(id) for id in ("two", "two far"))
-    if not (near and far) or near.gain.shape[1] != 4:
+    if not (near and far) or near.gain.shape[1] != 4 or not shows_angles(single):
         return ""
     seen = [single.probed.probes[id]["calls"][-1][1]["landmarks"][-1][1:] for id in ("two far", "two")]
     due = near.moved + near.gain[:, 2:] @ single.turned(np.subtract(*seen))

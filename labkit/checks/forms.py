@@ -18,6 +18,7 @@ class Form:
     taken_from: Three
     text: str = ""
     flips: bool = False  # rows and columns
+    inverts: bool = True  # S, so that a gain so many times as large comes of an S so many times smaller
 
 
 def _flipped(K):
@@ -37,6 +38,7 @@ FORMS = (
         lambda P, H, S: P @ H.T @ S,
         lambda P, H, K: _inverse(P @ H.T) @ K,
         "S is not inverted in the gain: K = P H' S^-1, so that a noisy sensor has little weight.",
+        inverts=False,
     ),
     Form(
         lambda P, H, S: P @ H.T @ (1 / S),

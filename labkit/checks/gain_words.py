@@ -27,7 +27,7 @@ def wrong_line(form: Form) -> list[Finding]:
     return [Finding("gain", form.text, [np.eye(len(FORMS))[FORMS.index(form)]])] * (form.text > "")
 
 
-def times(single: Single, f: float, alone: bool) -> Finding:
+def times(single: Single, f: float, alone: bool, form: Form) -> Finding:
     """The gain, or the correction alone, is f times what it should be."""
     if close(f, -1, 1e-2):
         return Finding("sign", OTHER_WAY, [np.array(-1.0)])
@@ -35,7 +35,8 @@ def times(single: Single, f: float, alone: bool) -> Finding:
         much = f"{f:.3g} times as large as it should be (or H {1 / f:.3g} times)"
         text = f"The correction of {single.probed.x} comes out {much}."
         return Finding("estimate", text, [np.array(f)])
-    text = f"The gain acts as {f:.3g} times what it should be (or S as {1 / f:.3g} times)."
+    of_S = 1 / f if form.inverts else f
+    text = f"The gain acts as {f:.3g} times what it should be (or S as {of_S:.3g} times)."
     return Finding("gain", text, [np.array(f)])
 
 
@@ -93,6 +94,9 @@ def whole_gain(single: Single) -> list[Finding]:
     """No reading explains the gains: they are told as they are."""
     a, r = single.pairs["one"]
     text = f"The gain {acts(a.gain, r.gain, trait([a.gain], [r.gain]))}"
+    if np.linalg.cond(a.gain) > 1e6 > np.linalg.cond(r.gain):
+        text += ": its columns are multiples of one another, as they are where the rows of H are."
+        return [Finding("H", text, [a.gain])]
     if "one scaled" in single.pairs:
         big = single.pairs["one scaled"][0].gain
         for power, words in ((2, "S is not inverted"), (-1, "P is missing"), (-2, "P is inverted")):

@@ -89,7 +89,7 @@ def _by_one_factor(single, form, H, parts, factors, share, cost):
     elif abs(f) > 1e-6 and not _nearly(f) and close(factors, np.full(len(factors), f), 1e-2):
         alone = _moves_alone(single, parts, dict.fromkeys(parts, f))
         scale = f if alone else 1.0
-        yield Reading(form, parts, [times(single, f, alone), *found], cost + LIKELY, scale, f / scale, share)
+        yield Reading(form, parts, [times(single, f, alone, form), *found], cost + LIKELY, scale, f / scale, share)
 
 
 def _candidates(single: Single, form: Form) -> Iterator[tuple[dict[str, Array], float]]:
@@ -170,9 +170,10 @@ def _scaled(single, form, H, S, share, cost):
         parts = _split(single, H, {id: S[id] * each[id] for id in S}, dict.fromkeys(S, 1.0))
         if (rest := _noise_cost(single, parts)) is None:
             continue
-        f = 1 / share
-        alone = _moves_alone(single, parts, each)
-        found = [times(single, f, alone), *wrong_line(form), *rows(single, H), *noise(single, parts)]
+        grown = {id: factor if form.inverts else 1 / factor for id, factor in each.items()}
+        f = grown["one"]
+        alone = _moves_alone(single, parts, grown)
+        found = [times(single, f, alone, form), *wrong_line(form), *rows(single, H), *noise(single, parts)]
         if not (alone or close(f, -1, 1e-2)):
             parts = {id: replace(part, S=S[id]) for id, part in parts.items()}
         scale = f if alone or close(f, -1, 1e-2) else 1.0

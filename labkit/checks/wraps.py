@@ -6,9 +6,14 @@ from .findings import Finding, Probed, close, number_text
 from .single import Single
 
 
+def shows_angles(single: Single) -> bool:
+    """Whether the estimate tells what each row of the innovation is: not where the rows of H say the same."""
+    return "near" in single.pairs and bool(np.linalg.cond(single.pairs["near"][0].gain) <= 1e7)
+
+
 def far(single: Single) -> list[Finding]:
     """An innovation that does not come out as it should, against what the same filter makes of a small one."""
-    if "near" not in single.pairs or np.linalg.cond(single.pairs["near"][0].gain) > 1e7:
+    if not shows_angles(single):
         return []
     inverse = np.linalg.pinv(single.pairs["near"][0].gain)
     near, seen = single.off("near"), single.seen("near")

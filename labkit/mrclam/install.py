@@ -53,7 +53,8 @@ def main(paths: Sequence[str]) -> int:
         print(f"The data folder is {folder()}.")
         there += sorted(steps.parent for steps in folder().glob("*/steps.csv"))
         print("\n".join(f"  {place}" for place in there if place) or "  It holds no data set yet.")
-        print(f"{PUBLISHED}\nDownload one, then: labkit data PATH")
+        command = "python3 lab.py" if Path("lab.py").is_file() else "labkit"  # here, where a kit's folder is open
+        print(f"{PUBLISHED}\nDownload one, then: {command} data PATH")
     return code
 
 

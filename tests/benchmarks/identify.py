@@ -4,7 +4,8 @@ Single known mistakes, pairs of them that touch different lines, right forms, an
 its syntax tree. A mistake counts as named if its own sentence stands in what is said, or one about its quantity, or if
 the function in which it lies is said to be mended first (the check of that tells the line). A pair whose filter does
 on all inputs what one of the two alone does is left out: the other cannot be seen. A sentence is false if it tells of
-a quantity that neither changes; where two cancel in the estimate and only the covariance is off, that is no such one.
+a quantity that neither changes; where two cancel in the estimate and only the covariance is off, that is no such one,
+nor are the words of a third mistake that does on all inputs what the two do together.
 """
 
 import argparse
@@ -120,8 +121,9 @@ def pairs(check, source, most, show):
             or any(f"`{name}`" in _sends(text) for name in lies_in(source, forms[one]))
             for one in (a, b)
         ]
-        cancel = {"P"} if {f.part for f in rest} == {"P"} else set()
-        false = _false(text, (a, b), say, parts, rest, cancel)
+        cancel = {"P"} if {f.part for f in rest} - {"several"} == {"P"} else set()
+        like = [one for one in alone if came and _same(came, alone[one])]
+        false = _false(text, (a, b, *like), say, parts, rest, cancel)
         counts = [counts[0] + 1, counts[1] + all(named), counts[2] + any(named), counts[3] + bool(false)]
         if show and (not all(named) or false):
             print(f"  {a[0]} + {b[0]}: named {named}, false: {false}\n      {text[:400]}")

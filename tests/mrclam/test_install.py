@@ -320,7 +320,12 @@ def test_paths_that_lead_to_nothing(tmp_path, data, capsys):
 # ------------------------------------------------------------------------------- command line
 
 
-def test_the_command_line(copy, data, tmp_path, capsys):
+def test_the_command_line(copy, data, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab.py").touch()
+    assert install.main([]) == 0
+    assert "python3 lab.py data PATH" in capsys.readouterr().out
+    (tmp_path / "lab.py").unlink()
     assert install.main([]) == 0
     said = capsys.readouterr().out
     assert str(data) in said and "no data set yet" in said and "labkit data PATH" in said
