@@ -27,7 +27,7 @@ def several(single: Single, found: list[Finding]) -> list[Finding]:
             if text:
                 value = [part for part in (a.gain, a.moved, a.after) if part.size]
                 return [Finding("several", f"{words} {text}", value)]
-    text = "" if before & {"wrap", "measured"} else _far(single)
+    text = "" if before & {"wrap", "measured"} or {"h", "H"} <= before else _far(single)
     return [Finding("several", f"{told} two in view {text}", [np.ones(1)])] if text else []
 
 
@@ -59,6 +59,8 @@ def _due(single, id, before):
     if id != "two" or not {"one", "other"} <= single.parts.keys():
         return None
     order = (single.parts["other"], single.parts["one"])  # as the probe shows them
+    if any(close(part.R, part.R[0, 0] + 0 * part.R) for part in order):
+        return None  # one number everywhere: it may stand between the landmarks as well
     H, P, m = np.vstack([part.H for part in order]), right.P, len(order[0].R)
     S = single.share * H @ P @ H.T
     for k, part in enumerate(order):
@@ -80,6 +82,8 @@ def _differs(single, id, r, before):
         return ""  # one reading after the other: it follows from what is wrong with the first
     if "h" in before and ("H" in before or np.abs(a.gain).max() > 20 * np.abs(r.gain).max()):
         return ""  # it may be another landmark's, or a jump of what is expected
+    if before and not shows_angles(single):
+        return ""  # whose H that is cannot be told
     if not close(a.gain, r.gain):
         if before and close(a.after, r.after):
             return ""  # P tells that H and R are stacked right; what is wrong with one may well be all

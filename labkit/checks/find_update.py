@@ -87,7 +87,8 @@ def _of_one(single):
         return found + ([] if single.covariances else covariance(single))
     found = _of_estimate(single)
     if not single.gains:
-        found += _innovation(single) if single.covariances else explained(single, any(f.part == "h" for f in found))
+        known = {f.part for f in found}
+        found += _innovation(single, "wrap" in known) if single.covariances else explained(single, "h" in known)
     if not single.covariances:
         found += covariance(single)
     return found or after_predict(single)
@@ -156,8 +157,11 @@ def _steady(single):
     return close(gains @ np.linalg.lstsq(gains, moves)[0], moves, 2e-2)
 
 
-def _innovation(single):
-    """The covariances are right, so H and R are; the estimate follows the measurement in another way."""
+def _innovation(single, wrapped):
+    """The covariances are right, so H and R are; the estimate follows the measurement in another way.
+
+    wrapped: whether angles are known to come out wrong, which may be all of it.
+    """
     told, x = f"{single.probed.P} comes out right, so H and R are; ", single.probed.x
     single.parts = {id: single.right(id) for id in STEPS if id in single.pairs}
     ways = {id: np.linalg.pinv(r.gain) @ a.gain for id, (a, r) in single.tight.items()}
@@ -172,6 +176,8 @@ def _innovation(single):
         much = how or f"{scales[0]:.3g} times as much"
         text = f"the correction is not what it should be ({much}): look at the line that sets {x}."
         return [Finding("estimate", told + text, [first])]
+    if wrapped:
+        return []
     if through and all(close(way, first) for way in ways.values()):
         if close(first, np.diag(np.diag(first))):
             j = next(j for j in range(len(first)) if not close(first[j, j], 1))

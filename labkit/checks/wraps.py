@@ -38,7 +38,7 @@ def _how(pairs, j, row):
     turns = (came - right) / (2 * np.pi)
     if row == "bearing" and close(turns, np.round(turns), 1e-2):
         return ": it is not brought into (-pi, pi]"
-    if row == "bearing" and close(2 * turns, np.round(2 * turns), 1e-2):
+    if row == "bearing" and close(2 * turns, np.round(2 * turns), 3e-3):
         return ": half a turn is lost, as with arctan of a quotient"
     if close(came, np.abs(right), 2e-2):
         return ": it has lost its sign"

@@ -153,7 +153,8 @@ def test_at_its_end_tables_and_pages_have_the_marks(tmp_path):
     with marking(out) as server:
         assert (out / "marking.html").stat().st_mode & 0o777 == 0o600
         assert give(server, *next_of(server, "Emmy"), "1.5")[0] == 200
-        assert server.end()[0] == 0
+        status, said = server.end()
+    assert status == 0, said
     rows = {row[0]: row for row in table(out / "grades.csv") if row[2] == "answer-q1"}
     assert {name: row[3] for name, row in rows.items()} == {"Ada": "1.5", "Bela": "1.5", "Cem": "", "Dee": "0"}
     text = (out / "grades.csv").read_text(encoding="utf-8-sig")
