@@ -8,6 +8,8 @@ SEEN, CALL = "seen = np.concatenate([lm.p for lm in y])", "stack(y, self.map, se
 DEF, K = "def stack(y, m, x):", "K = np.linalg.solve(S, H @ self.Pk_k).T"
 X, P = "self.xk_k = self.xk_k + K @ innovation", "self.Pk_k = self.Pk_k - K @ S @ K.T"
 GUARD = "        if not y:\n            return\n"
+RB, ROW, PARALLEL = "range-bearing-kf", "dy / r**2, -dx / r**2", "dx / r**2, dy / r**2"
+WRAP, BLOCKS = "innovation[1::2] = wrap(innovation[1::2])", "np.kron(np.eye(p), self.R)"
 
 CASES = {
     "the order of the map in both": (
@@ -78,6 +80,40 @@ CASES = {
         [("innovation = seen", "innovation = seen + np.tile(self.xk_k, p)")],
         "what was seen is off",
         [],
+    ),
+    "rows of H that say the same, and no wrap": (RB, [(ROW, PARALLEL), (WRAP, "pass")], "bearing row", ["wrapped"]),
+    "rows of H that say the same, and R subtracted": (
+        RB,
+        [(ROW, PARALLEL), (f"+ {BLOCKS}", f"- {BLOCKS}")],
+        "its columns are multiples of one another",
+        [],
+    ),
+    "arctan and K H": (
+        RB,
+        [("np.arctan2(dy, dx)", "np.arctan(dy / dx)"), (P, P.replace("S @ K.T", "H"))],
+        "K H is not a covariance",
+        ["With two in view"],
+    ),
+    "a number for R, and a plus": (
+        RB,
+        [(BLOCKS, "self.R[0, 0]"), (P, P.replace("_k - K", "_k + K"))],
+        "grows in `update`",
+        ["With two in view"],
+    ),
+    "S is not inverted, and dt": (
+        RB,
+        [(K, "K = self.Pk_k @ H.T @ S"), ("K @ innovation", "self.dt * K @ innovation")],
+        "0.25 times as large",
+        ["acts as 4 times"],
+    ),
+    "no sign, from the other side": (
+        RB,
+        [
+            ("x\n    return np.array([np.hypot", "x\n    dx, dy = -dx, -dy\n    return np.array([np.hypot"),
+            (WRAP, WRAP.replace("wrap(in", "abs(wrap(in") + ")"),
+        ],
+        "First mend `h`",
+        ["has the other sign"],
     ),
     "degrees": (
         "team-converted",
