@@ -3,7 +3,7 @@
 import codecs
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -73,15 +73,13 @@ def read(path: Path | str) -> list[Cell]:
     return cells_of(parse(raw, path), path)
 
 
-def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = None) -> Any:
-    """What the bytes of a notebook file hold; raises NotebookError. `pairs`: see `object_pairs_hook` of json."""
+def parse(raw: bytes, path: Path | str = "The file") -> Any:
+    """What the bytes of a notebook file hold; raises NotebookError."""
     if not raw.strip():
         raise NotebookError(f"{path} is empty.")
-    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        raise NotebookError(f"{path} is UTF-16 text: save it again as UTF-8.")
     try:
-        text = raw.removeprefix(codecs.BOM_UTF8).decode("utf-8").strip()  # some editors of Windows write one
-        return json.loads(text, object_pairs_hook=pairs)
+        text = _decoded(raw).strip()
+        return json.loads(text)
     except UnicodeDecodeError:
         raise NotebookError(f"{path} is not UTF-8 text, so it is not a notebook.") from None
     except json.JSONDecodeError as error:
@@ -100,18 +98,39 @@ def parse(raw: bytes, path: Path | str = "The file", pairs: Callable | None = No
         raise NotebookError(f"{path} is not a notebook: it is nested too deeply.") from None
 
 
+def _decoded(raw):
+    """The text of a file: UTF-8, or what PowerShell (UTF-16) and other programs of Windows write in its place."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return raw.decode("utf-16")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if not re.match(rb"\s*\{", raw) or b"\0" in raw:
+            raise
+        return raw.decode("cp1252")
+
+
 def cells_of(content: Any, path: Path | str = "The file") -> list[Cell]:
     """The cells of a parsed notebook; raises NotebookError if it is none."""
     version = content.get("nbformat") if isinstance(content, dict) else None
     if not isinstance(version, int):
         raise NotebookError(f"{path} is JSON, but not a notebook.")
-    if version != 4:
+    if version not in (3, 4):
         advice = "open it in Jupyter and save it again" if version < 4 else "this kit is older than that"
         raise NotebookError(f"{path} is a notebook of format {version}, not 4: {advice}.")
-    cells = content.get("cells")
+    cells = content.get("cells") if version == 4 else _older(content.get("worksheets"))
     if not isinstance(cells, list):
         raise NotebookError(f"{path} is a notebook without a list of cells.")
     return [_cell(cell, number, path) for number, cell in enumerate(cells, start=1)]
+
+
+def _older(sheets):
+    """The cells of a notebook of format 3, which has pages of them and calls a code cell's source its input."""
+    try:
+        cells = [cell for sheet in sheets for cell in sheet["cells"]]
+        return [{**cell, "source": cell["input"]} if "input" in cell else cell for cell in cells]
+    except (TypeError, KeyError):
+        return None
 
 
 def labels(cells: Sequence[Cell]) -> dict[int, str]:
@@ -124,8 +143,11 @@ def labels(cells: Sequence[Cell]) -> dict[int, str]:
 
 def _cell(cell, number, path):
     source = cell.get("source") if isinstance(cell, dict) else None
+    if isinstance(cell, dict) and source is None:  # some programs leave it out where a cell is empty
+        source = ""
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
-        source = "".join(source)
+        # Programs that cut the text into lines themselves may have lost all that ends them.
+        source = ("" if any(line.endswith("\n") for line in source) else "\n").join(source)
     if not isinstance(source, str) or not isinstance(cell.get("cell_type"), str):
         raise NotebookError(f"{path}: cell {number} is not a notebook cell.")
     id = cell["id"] if isinstance(cell.get("id"), str) else ""

@@ -14,11 +14,11 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, TypeAlias
 
+from ...notebook.read import MAX_BYTES  # of one file
 from ..records import CommandError, HandInError
 from .listing import MAX_FILES, Listing, Member, is_junk, level_of, too_many
 from .names import readable, shorten
 
-MAX_BYTES = 20_000_000  # of one file
 MAX_DIRECTORY = 6_000_000  # bytes of a zip's table of contents, 300 for each file
 MAX_DEPTH = 8  # folders inside folders
 CHUNK = 1 << 20

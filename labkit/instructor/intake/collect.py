@@ -19,7 +19,7 @@ from .handin import read_cells
 from .listing import CROWDED, Member
 from .names import several, shorten
 from .nested import Opened
-from .owners import MAX_DEPTH, is_lab, is_notebook, may_be_notebook, owner_of, system_of, unwrapped
+from .owners import MAX_DEPTH, OTHER, is_lab, is_notebook, may_be_notebook, owner_of, system_of, unwrapped
 
 MAX_BESIDE, MAX_BESIDE_BYTES = 50, 5_000_000  # files beside a notebook, and bytes of them in all
 NOT_THEIRS = {"site-packages", "node_modules", "venv", "env", "labkit"}  # installed or given out, not written
@@ -119,7 +119,7 @@ class Submissions:
     def beside(self, entry: Entry) -> dict[str, bytes]:
         """{relative path with '/': content} of the files that its student handed in beside an entry's notebook.
 
-        Other notebooks, installed packages and what cannot be read are left out, and so is what comes, by depth and
+        Notebooks of labs, installed packages and what cannot be read are left out, and so is what comes, by depth and
         name, after 50 files or goes beyond 5 MB. {} where the notebook's folder is the whole class's.
         """
         home = entry.member.parts[:-1]
@@ -206,7 +206,9 @@ class Submissions:
 
 def _theirs(parts, member):
     """Whether a student may have written it for the notebook to use, under a name that is safe everywhere."""
-    if not parts or member.folder or member.wrong or any(is_notebook(part) for part in parts):
+    if not parts or member.folder or member.wrong or any(is_notebook(part) for part in parts[:-1]):
+        return False
+    if is_notebook(parts[-1]) and OTHER.search(parts[-1]):  # another could be run by `%run`
         return False
     odd = any(re.search(r'[\\:*?"<>|\ufffd]', part) for part in parts)
     return not odd and not any(part.lower() in NOT_THEIRS for part in parts[:-1])

@@ -2,45 +2,52 @@
 
 import re
 from dataclasses import replace
-from functools import partial
 
 from ...notebook.read import Cell, NotebookError, cells_of, parse
 from ..records import HandInError
-from .names import readable, shorten
+from .names import shorten
 
-MAX_PARTS = 1_000_000  # lists and tables in one notebook: 20 MB of '[[],[],' would fill 500 MB
+MAX_PARTS = 1_000_000  # lists and tables in one notebook: as many of '[[],[],' would fill 500 MB
 MAX_CELLS = 2_000
 MAX_TEXT = 1_000_000  # characters of code and text in one notebook: a lab has some ten thousand
 
 
 def read_cells(raw: bytes, name: str) -> list[Cell]:
     """The cells of a notebook's bytes, strictly read; raises HandInError."""
-    if raw.count(b"[") + raw.count(b"{") > MAX_PARTS:
+    if raw.count(b"[") + raw.count(b"{") > MAX_PARTS and _parts(raw) > MAX_PARTS:
         raise HandInError(f"{name} holds too much data: clear the outputs, save it and hand it in again.")
     try:
-        cells = cells_of(parse(raw, name, pairs=partial(_once, name)), name)
+        cells = [_plain(cell) for cell in cells_of(parse(raw, name), name)]
     except NotebookError as error:
         raise HandInError(shorten(str(error), 400)) from None
     if len(cells) > MAX_CELLS:
         raise HandInError(f"{name} has {len(cells)} cells, and {MAX_CELLS} is the most: merge or delete some.")
     if sum(len(cell.source) for cell in cells) > MAX_TEXT:
         raise HandInError(f"{name} has more than {MAX_TEXT} characters of code and text: delete what is no answer.")
-    return [_plain(cell) for cell in cells]
+    return cells
 
 
-def _once(name, pairs):
-    """The table of a JSON object whose keys are all different; raises NotebookError."""
-    table = dict(pairs)
-    if len(table) == len(pairs):
-        return table
-    seen = set()
-    key = next(key for key, _ in pairs if key in seen or seen.add(key))
-    key = shorten(readable(key))
-    raise NotebookError(f'{name} says "{key}" twice in one place: save it again in Jupyter.')
+def _parts(raw):
+    """How many brackets stand outside of texts: what was printed, arrays say, has many."""
+    return sum(not match[0].startswith(b'"') for match in re.finditer(rb'[\[{]|"(?:[^"\\]|\\.)*+"', raw, re.DOTALL))
 
 
 def _plain(cell):
-    """The cell with text that can be written as UTF-8, unlike half an emoji, and with an id that is one."""
+    """The cell with text that can be written as UTF-8, unlike half an emoji, and with an id that is one.
+
+    A picture that Colab or an editor wrote into the text becomes one that is attached, as Jupyter keeps it.
+    """
     id = cell.id if re.fullmatch(r"[A-Za-z0-9_-]{1,64}", cell.id) else ""
     source = cell.source.encode("utf-8", "replace").decode("utf-8")
-    return replace(cell, id=id, source=source)
+    if cell.code or "](data:image/" not in source:
+        return replace(cell, id=id, source=source)
+    given = cell.stored.get("attachments")
+    attached = dict(given) if isinstance(given, dict) else {}
+
+    def attach(match):
+        name = f"in-the-text-{len(attached)}"
+        attached[name] = {match[1]: match[2]}
+        return f"](attachment:{name})"
+
+    source = re.sub(r"\]\(data:(image/\w+);base64,([A-Za-z0-9+/=\s]*+)\)", attach, source)
+    return replace(cell, id=id, source=source, stored={**cell.stored, "attachments": attached})

@@ -45,7 +45,7 @@ def assemble(released: Sequence[Cell], cells: Sequence[Cell], files: Mapping[str
     work.answers = answers | guesses(cells)
     text = "\n".join(cell["source"] for cell in work.cells)
     missing = [f"`{name}`" for name in defined(released) if not _makes(text, name)]
-    if missing and not re.search(r"import \*|%run|\bexec\(|\bglobals\(", text):
+    if missing and not (re.search(r"import \*|%run|\bexec\(|\bglobals\(", text) or _renames(text, released)):
         notes = [f"Nothing in the notebook defines {listed(missing)}.", *notes]
     work.notes += notes
     return work
@@ -55,6 +55,12 @@ def _makes(text, name):
     """Whether some line of code looks as if it made `name`; the code has not run yet."""
     ways = rf"\b(class|def) {name}\b|^\s*{name}\b[^=\n(]*=(?!=)|\b(import|as|for)\b.*\b{name}\b"
     return re.search(ways, text, re.MULTILINE) is not None
+
+
+def _renames(text, released):
+    """Whether a check is given something that has another name than in the lab."""
+    given = set(re.findall(r"""(?m)^\s*check\(\s*["'][\w-]+["'],\s*(\w+)""", text))
+    return any(_makes(text, name) for name in given - set(defined(released)))
 
 
 def _refuse_others(released, cells):

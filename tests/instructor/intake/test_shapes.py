@@ -112,11 +112,11 @@ def test_a_zip_that_is_none_costs_its_student_only(tmp_path, what):
 def test_a_bomb_in_a_zip_stops_at_the_cap(tmp_path):
     bomb = io.BytesIO()
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr(NB, b"0" * 30_000_000)
+        file.writestr(NB, b"0" * 60_000_000)
     (tmp_path / "class.zip").write_bytes(zipped({"Ada/work.zip": bomb.getvalue(), f"Bob/{NB}": BOOK}))
     with Submissions(tmp_path / "class.zip") as submissions:
         entry = next(entry for entry in submissions.survey(LAB)[0] if entry.student == "Ada")
-        with pytest.raises(HandInError, match="more than 20 MB"):
+        with pytest.raises(HandInError, match="more than 50 MB"):
             submissions.read(entry)
 
 

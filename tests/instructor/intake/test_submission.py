@@ -212,3 +212,18 @@ def test_a_notebook_of_very_much_code_is_refused_before_it_fills_the_memory():
         HandInError, match=r"a\.ipynb has more than 1000000 characters of code and text: delete what is"
     ):
         read_cells(json.dumps(book).encode(), "a.ipynb")
+
+
+def test_a_picture_in_the_text_itself_is_a_picture(released):
+    """As Colab keeps what is pasted: it counts neither as text nor is it cut."""
+    book = filled()
+    cell = next(c for c in book["cells"] if c["id"].startswith("answer") and c["cell_type"] == "markdown")
+    cell["source"] = "As drawn:\n\n![image.png](data:image/png;base64," + "iVBO" * 400_000 + ")"
+    assert assemble(released, read_cells(json.dumps(book).encode(), "a.ipynb")).answers[cell["id"]] == cell["source"]
+
+
+def test_another_name_that_is_checked_is_not_missed(released):
+    book = filled()
+    for cell in book["cells"]:
+        cell["source"] = "".join(cell["source"]).replace("def stack", "def pile").replace(", stack)", ", pile)")
+    assert assemble(released, cells_of(book)).notes == []
