@@ -29,6 +29,10 @@ class Names:
 
 
 UNSEEN = {"exec", "eval", "globals", "locals", "vars", "run_line_magic"}
+FILLS = {  # what libraries have to change what they are given
+    *("fill_diagonal", "copyto", "put", "place", "putmask", "put_along_axis", "shuffle", "update_wrapper"),
+    *("heappush", "heapify", "heappop", "heapreplace", "heappushpop", "insort", "insort_left", "insort_right"),
+}
 
 
 def names(node: ast.stmt) -> Names:
@@ -54,6 +58,7 @@ def _effects(node, found):
     """Add what running a statement may change; the bodies of functions do not run yet."""
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         for decorator in node.decorator_list:
+            found.changes |= _root(getattr(decorator, "func", decorator))  # @f.register
             if isinstance(decorator, ast.Call):
                 found.changes |= {arg.id for arg in decorator.args if _is_name(arg)}
     if isinstance(node, ast.FunctionDef | ast.Lambda):
@@ -66,6 +71,7 @@ def _effects(node, found):
         found.anything = True
     if isinstance(node, ast.Call):
         called = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        found.changes |= {arg.id for arg in node.args if _is_name(arg) and called in FILLS}
         found.calls |= {called} if _is_name(node.func) else set()
         found.anything = found.anything or called in UNSEEN
         found.passes |= {(called, arg.id) for arg in node.args if _is_name(arg)} if _is_name(node.func) else set()
@@ -73,6 +79,10 @@ def _effects(node, found):
         found.changes |= _root(node.value.func)
     for child in ast.iter_child_nodes(node):
         _effects(child, found)
+    if isinstance(node, ast.For) and _is_name(node.target):  # what is done to each of them is done by another name
+        each, name = {part.id for part in ast.walk(node.iter) if _is_name(part)}, node.target.id
+        found.changes |= each if name in found.changes else set()
+        found.passes |= {(function, one) for function, given in found.passes if given == name for one in each}
 
 
 def _is_stored(node):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from . import source
 from .names import Names
 
+SHADOWED = {"abs", "all", "any", "divmod", "max", "min", "pow", "round", "sum"}  # by `from numpy import *`
 _DEFINITIONS = (ast.FunctionDef, ast.ClassDef)
 
 
@@ -35,7 +36,7 @@ def needed(steps: Sequence[Step], wanted: Set[str]) -> list[Step]:
     chosen = {s for s in steps if s.names.path or is_future(s.node) or source.WRITE in s.names.uses}
     while True:
         names = set(wanted).union(*(step.names.uses for step in chosen))
-        unknown = names - made - set(dir(builtins))
+        unknown = names - made - (set(dir(builtins)) - SHADOWED)
         more = {s for s in steps if _serves(s, names, imported, functions) or s.names.anything and unknown} - chosen
         if not more:
             return [step for step in steps if step in chosen]

@@ -70,7 +70,7 @@ def checks_of(path: Path | str, calls: Iterable[Call]) -> dict[str, str]:
 
 
 def given(checks: Iterable[str]) -> list[Cell]:
-    """The code, but for answers and checks, that the lab of these checks gives its students."""
+    """The code, but for answers, that the lab of these checks gives its students."""
     labs = {head["lab"] for head in _heads() if head["name"] in set(checks)}
     stored_cells = json.loads(GIVEN.read_text(encoding="utf-8")) if GIVEN.is_file() else {}
     return [Cell(number, id, role, True, text) for lab in labs for number, id, role, text in stored_cells.get(lab, [])]

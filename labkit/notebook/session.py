@@ -22,6 +22,7 @@ from .read import Cell, labels
 from .shell import stand_ins
 
 STEP, ALL = 0.5, 0.8  # of the time for a notebook's cells: what one statement may take, and all together
+DEFINITIONS = (ast.FunctionDef, ast.ClassDef, ast.Import, ast.ImportFrom)
 FLAGS = ast.PyCF_ALLOW_TOP_LEVEL_AWAIT
 
 
@@ -36,10 +37,11 @@ class Problem:
 
 @dataclass(frozen=True)
 class Call:
-    """A cell's call of a check: its name, and where."""
+    """A cell's call of a check: its name, where, and the name of what is given to it, '' if that has none."""
 
     check: str
     where: str
+    given: str = ""
 
 
 class Session:
@@ -55,9 +57,12 @@ class Session:
         self.retyped: list[str] = []  # text cells that are code, used for what no code defines
         self.broken: list[Problem] = []  # cells that Python cannot read
         self.stopped: dict[str, Problem] = {}  # by the label of the cell that raised
+        self._subjects: dict[str, str] = {}  # {check: the answer that it is about}, as the lab says
         self._flags, self._runner = FLAGS, None
         label_of = labels(cells)
         own = [step for cell in cells if cell.code for step in self._steps(cell, label_of[cell.number])]
+        last = max((cell.number for cell in cells if label_of[cell.number] in {c.where for c in self.calls}), default=0)
+        self._late = {label_of[cell.number] for cell in cells if last and cell.number > last}  # behind all checks
         own += self._retyped(cells, label_of, {name for step in own for name in step.names.sets})
         self.steps = own
 
@@ -65,7 +70,43 @@ class Session:
         """Add what the notebook lacks, and nothing else, of the cells of the lab as it was handed out."""
         made = {name for step in self.steps for name in step.names.sets}
         steps = [step for cell in given for step in self._steps(cell, cell.label, given=True)]
+        self.steps = self._undisturbed({ast.dump(step.node) for step in steps})
         self.steps = [s for s in steps if not s.unfilled and s.names.sets and not s.names.sets <= made] + self.steps
+
+    def _undisturbed(self, given):
+        """The steps without those of the lab that would replace what the student has made before."""
+        own: set[str] = set()
+        kept = []
+        for step in self.steps:
+            theirs = ast.dump(step.node) not in given
+            own |= step.names.sets if theirs and not step.unfilled else set()
+            kept += [step] if theirs or not step.names.sets & own else []
+        return kept
+
+    def _renamed(self, wanted):
+        """Steps that give wanted answers their names, where the student has other names checked in their place."""
+        asked: dict[str, list[Call]] = {}
+        for call in self.calls:
+            if call.given and self._subjects.get(call.check) in wanted:
+                asked.setdefault(self._subjects[call.check], []).append(call)
+        found = []
+        for subject, calls in asked.items():
+            others = {call.given for call in calls}
+            if subject not in others and any(step.names.sets & others for step in self.steps):
+                code = f"{subject} = {calls[-1].given}"
+                found += [Step(calls[-1].where, "own", False, *part) for part in _analysed(code, calls[-1].where, code)]
+        return found
+
+    def _settled(self, wanted):
+        """The steps without those that use a function's or module's name for something else when all is checked."""
+        made: set[str] = set()
+        kept = []
+        for step in self.steps:
+            other = isinstance(step.node, ast.For) or isinstance(step.node, ast.Assign) and not _is_alias(step.node)
+            late = other and step.label in self._late and not step.names.sets & (step.names.uses | wanted)
+            kept += [] if late and step.names.sets & made else [step]
+            made |= step.names.sets if isinstance(step.node, DEFINITIONS) else set()
+        return kept
 
     def _retyped(self, cells, label_of, made):
         """What text cells define that no code has: pressing M or Y in Jupyter turns one into the other."""
@@ -90,8 +131,9 @@ class Session:
                 self.broken.append(Problem(label, error, explain(error).splitlines()))
             return []
         checks = {step: _check_of(step.node) for step in steps}
-        if not given:
-            self.calls += [Call(check, label) for check in checks.values() if check]
+        calls = [Call(check, label, _given_to(step.node)) for step, check in checks.items() if check]
+        self.calls += [] if given else calls
+        self._subjects |= {call.check: call.given for call in calls if given}
         return [step for step in steps if not checks[step]]
 
     def run(self, wanted: Iterable[str], seconds: float = CALL) -> Iterator[Problem]:
@@ -101,7 +143,8 @@ class Session:
         """
         yield from self.broken
         left, failed = ALL * seconds, []
-        for step in needed(self.steps, set(wanted)):
+        wanted = set(wanted)
+        for step in needed([*self._settled(wanted), *self._renamed(wanted)], wanted):
             spent, error = self._exec(
                 step.node, self.place + step.label, min(STEP * seconds, max(left, 0.02 * seconds))
             )
@@ -184,6 +227,17 @@ def _parts(node):
     if isinstance(node, ast.ImportFrom):
         return [ast.copy_location(ast.ImportFrom(node.module, [name], node.level), node) for name in node.names]
     return [node]
+
+
+def _is_alias(node):
+    """Whether an assignment gives another name to what there is, or makes a function."""
+    return isinstance(node.value, ast.Name | ast.Attribute | ast.Lambda)
+
+
+def _given_to(node):
+    """The second argument of a call, if it is a name, or ''."""
+    args = node.value.args
+    return args[1].id if len(args) > 1 and isinstance(args[1], ast.Name) else ""
 
 
 def _check_of(node):

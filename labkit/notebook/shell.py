@@ -2,15 +2,19 @@
 
 import builtins
 import os
+import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from ..checks.feedback import LabError
-from .source import WRITE
+from .read import read
+from .source import WRITE, python
 
 ASKED = "`input()` waits for somebody to type, and nobody is there when a notebook is checked: write the value instead."
+
+PYLAB = "from pylab import *\nimport numpy\nimport numpy as np\nfrom matplotlib import pyplot, pyplot as plt"
 
 
 class Nothing:
@@ -35,10 +39,17 @@ class Shell(Nothing):
 
     def run_line_magic(self, name: str, line: str) -> None:
         """`%name line`."""
-        words = line.split()
-        if name == "run" and words:
-            path = Path(words[-1]).with_suffix(".py")
-            self.run_text(path.read_text(encoding="utf-8"), str(path))
+        if name == "pylab":
+            self.run_text(PYLAB, "%pylab")
+        if name == "run" and (file := re.match(r"""(?:-\w+\s+)*(?:"([^"]+)"|'([^']+)'|(\S+))""", line.strip())):
+            path = Path(next(filter(None, file.groups())))
+            if path.suffix == ".ipynb":
+                texts = [python(cell.source) for cell in read(path) if cell.code]
+            else:
+                path = path.with_suffix(".py")
+                texts = [path.read_text(encoding="utf-8-sig")]
+            for text in texts:
+                self.run_text(text, str(path))
 
     def getoutput(self, command: str) -> list[str]:
         """What a `!command` printed."""

@@ -28,8 +28,7 @@ def cells(tmp_path, *sources):
 GOOD = json.dumps(released(LAB1))
 BAD = {
     "is empty": b"\n",
-    "is UTF-16 text": GOOD.encode("utf-16"),
-    "not UTF-8": GOOD.encode() + b"\xff",
+    "not UTF-8": b"\x89PNG\xff",
     "line 1 is not JSON": b"import numpy",
     "git's conflict marks are in it (line 3)": b"{\n\n<<<<<<< HEAD\n}\n=======\n}\n>>>>>>> theirs\n",
     "ends in the middle": GOOD[: len(GOOD) // 2].encode(),
@@ -39,7 +38,8 @@ BAD = {
     "nested too deeply": b"[" * 200_000,
     "is JSON, but not a notebook": b"[1, 2]",
     "is JSON, but not a notebook.": b'{"nbformat": "4"}',
-    "of format 3, not 4": b'{"nbformat": 3, "worksheets": []}',
+    "of format 2, not 4": b'{"nbformat": 2, "worksheets": []}',
+    "without a list of": b'{"nbformat": 3, "worksheets": [7]}',
     "of format 5, not 4": b'{"nbformat": 5, "cells": []}',
     "without a list of cells": b'{"nbformat": 4, "cells": {}}',
     "cell 1 is not": b'{"nbformat": 4, "cells": [7]}',
@@ -55,6 +55,20 @@ def test_a_file_that_is_no_notebook_is_told_in_one_line(tmp_path, says):
         read(path)
     assert says.rstrip(":.") in str(caught.value) and "a.ipynb" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_what_other_programs_write_is_read_all_the_same(tmp_path):
+    book = {"nbformat": 4, "cells": [code("x = 1  # ñ\ny = 2"), {"cell_type": "markdown"}]}
+    text = json.dumps(book, ensure_ascii=False)
+    lines = {**book, "cells": [{**code(""), "source": ["x = 1  # ñ", "y = 2"]}, {"cell_type": "code", "source": None}]}
+    cells = [{"cell_type": "code", "input": ["x = 1  # ñ\n", "y = 2"]}, {"cell_type": "markdown", "source": ""}]
+    older = {"nbformat": 3, "worksheets": [{"cells": cells[:1]}, {"cells": cells[1:]}]}
+    twice = text.replace('"nbformat": 4', '"nbformat": 4, "nbformat": 4')
+    raws = [text.encode(coding) for coding in ("utf-8-sig", "utf-16", "cp1252")]
+    for raw in [*raws, twice.encode(), json.dumps(lines).encode(), json.dumps(older).encode()]:
+        path = tmp_path / "a.ipynb"
+        path.write_bytes(raw)
+        assert [cell.source for cell in read(path)] == ["x = 1  # ñ\ny = 2", ""]
 
 
 def test_missing_folders_and_large_files(tmp_path, monkeypatch):
@@ -259,7 +273,11 @@ CHANGES = {  # a statement: what it may change
     "x = a.pop()": "",
     "def f(): a.b = 1": "",
     "@patch(KF)\ndef f(): pass": "KF",
-    "for c in cs:\n    c.x = 1": "c",
+    "for c in cs:\n    c.x = 1": "c cs",
+    "np.fill_diagonal(J, 1)": "np J",
+    "shuffle(a)": "a",
+    "@f.register\ndef _(x: int): pass": "f",
+    "@f.register(int)\ndef _(x): pass": "f int",
 }
 
 
@@ -396,3 +414,54 @@ def test_load_answer_leaves_no_figures(tmp_path):
     before = plt.get_fignums()
     load_answer(LAB1, "KF", tmp_path)
     assert plt.get_fignums() == before
+
+
+# What tools and habits of students do to right work
+
+
+def leaves(tmp_path, monkeypatch, wanted, *sources, given=()):
+    """What a notebook leaves under a name, with these cells of the lab as it was handed out."""
+    monkeypatch.chdir(tmp_path)
+    session = Session(cells(tmp_path, *((f"own{number}", source) for number, source in enumerate(sources))))
+    session.supply(read(save(tmp_path / "lab.ipynb", {"nbformat": 4, "cells": [code(text) for text in given]})))
+    assert list(session.run([wanted])) == []
+    return session.names[wanted]
+
+
+CHECK = 'check("cartesian-kf", {})'
+HABITS = {
+    "the lab uses a helper's name later": ("def run():\n    return 1", "def KF():\n    return run()", CHECK, "run = 3"),
+    "they do, when all is checked": ("def h():\n    return 1", "def KF():\n    return h()", CHECK, "h = 0.5"),
+    "and with a module's": ("import math", "def KF():\n    return math.floor(1.5)", CHECK, "for math in (2, 3): pass"),
+    "by another name": ("class A: pass\nfor one in [A]:\n    one.x = 1", "def KF():\n    return A.x"),
+    "by another name, with setattr": (
+        "class A: pass\nfor a in [A]:\n    setattr(a, 'x', 1)",
+        "def KF():\n    return A.x",
+    ),
+    "filled by a library": ("import heapq\nq = []\nheapq.heappush(q, 1)", "def KF():\n    return q[0]"),
+    "%pylab": ("%pylab inline", "def KF():\n    return dot(ones(1), ones(1))"),
+    "numpy's own sum": ("from numpy import *", "def KF():\n    return sum(array([[1, 0], [0, 0]]), axis=None)"),
+    "%run with options": ("%%writefile a.py\ny = 1", "%run -i a.py one two", "def KF():\n    return y"),
+    "%run of a notebook": ("%run mine.ipynb", "def KF():\n    return y"),
+    "another name is checked": ("def MyKF():\n    return 1", CHECK.format("MyKF")),
+    "the stub is still there": (
+        "def KF():\n    raise NotImplementedError",
+        "def MyKF():\n    return 1",
+        CHECK.format("MyKF"),
+    ),
+}
+
+
+@pytest.mark.parametrize("habit", HABITS)
+def test_right_work_stays_right(tmp_path, monkeypatch, habit):
+    save(tmp_path / "mine.ipynb", {"nbformat": 4, "cells": [code("%matplotlib inline\ny = 1")]})
+    sources = [source.format("KF") for source in HABITS[habit]]
+    assert leaves(tmp_path, monkeypatch, "KF", *sources, given=[CHECK.format("KF"), "run = 3"])() == 1
+
+
+def test_the_last_definition_wins_all_the_same(tmp_path, monkeypatch):
+    check = CHECK.format("KF")
+    later = ["def h():\n    return 0", "def KF():\n    return h()", check]
+    for change in ("def h():\n    return 1", "def g():\n    return 1", "h = lambda: 1", "KF = lambda: 1"):
+        more = [change, "h = g"] if "g()" in change else [change]
+        assert leaves(tmp_path, monkeypatch, "KF", *later, *more, given=[check])() == 1

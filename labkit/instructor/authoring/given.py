@@ -12,9 +12,7 @@ def content(root: Path) -> str:
     """The text of the file GIVEN: for each lab under `root` the code of the students' notebook, without answers."""
     labs = {
         path.stem: [
-            [cell.number, cell.id, cell.role, cell.source]
-            for cell in read(path)
-            if cell.code and cell.role not in ("answer", "check")
+            [cell.number, cell.id, cell.role, cell.source] for cell in read(path) if cell.code and cell.role != "answer"
         ]
         for path in sorted((root / "notebooks").glob("[0-9]*_*.ipynb"))
     }

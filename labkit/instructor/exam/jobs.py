@@ -90,7 +90,7 @@ def given(paper: Paper) -> list[dict[str, Any]]:
     return [
         {"number": cell.number, "id": cell.id, "role": cell.role, "code": True, "source": cell.source}
         for cell in paper.released
-        if cell.code and cell.role not in ("answer", "check")
+        if cell.code and cell.role != "answer"
     ]
 
 
