@@ -19,7 +19,7 @@ from traitlets.config import Config
 from ...notebook.read import read
 from .. import files
 from ..records import STUB, CommandError
-from . import given, glossary, numbers, percent, proof, spec
+from . import asked, given, glossary, numbers, percent, proof, spec
 from .executed import StoppedError, execute, joined
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -37,8 +37,10 @@ def main(names: Collection[str] = (), check: bool = False, run: bool = True) -> 
         return 2
     problems = []
     try:
-        known = {one.name for one in spec.definitions(ROOT)}
-        if problems := [problem for script in scripts for problem in proof.problems(script, known)]:
+        checks, labs = spec.definitions(ROOT), [p.stem for p in (ROOT / "solutions").glob("[0-9]*_*.py")]
+        known = {one.name for one in checks}
+        problems = [problem for script in scripts for problem in proof.problems(script, known)]
+        if problems := problems + asked.problems(checks, sorted(labs)):
             print("\n".join(problems), file=sys.stderr)
             return 1
         if check:

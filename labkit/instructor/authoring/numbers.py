@@ -47,6 +47,7 @@ def make(check: Check, source: str, verify: bool = True) -> dict:
         s["right"] = [pack(traces[s["id"]])]
         if traces[s["id"]].stop:
             problems.append(f"the solution stops in '{s['id']}': {traces[s['id']].stop.text}")
+    _refuse(check, problems)  # nothing that follows would be true
     for right in check.right:
         for s, trace in _each(scenarios, _run(check, source, right.form)):
             far = _far(trace, s)
@@ -56,9 +57,7 @@ def make(check: Check, source: str, verify: bool = True) -> dict:
                 problems.append(f"the right form '{right.id}' is {far:.1f} tolerances off in '{s['id']}'")
     mistakes = [_mistake(check, source, mistake, scenarios, problems, verify) for mistake in check.mistakes]
     problems += _misnamed(mistakes) if verify else ()
-    if problems:
-        where = f"solutions/checks, check '{check.name}'"
-        raise CommandError("\n".join(f"{where}: {problem}." for problem in problems))
+    _refuse(check, problems)
     data: dict = {"name": check.name, "lab": check.lab, "subject": check.subject, "kind": check.kind}
     if check.kind == "function":
         data |= {"args": list(signature(build(source, (), check.subject)).parameters), "parts": check.parts or {}}
@@ -66,6 +65,15 @@ def make(check: Check, source: str, verify: bool = True) -> dict:
     data |= {"scenarios": scenarios, "mistakes": kept, **_probing(check, source)}
     found = pairs.of(check, source, data) if verify else []
     return data | ({"pairs": found} if found else {})
+
+
+def _refuse(check, problems):
+    """Raise CommandError if there is anything wrong."""
+    if problems:
+        where = f"solutions/checks, check '{check.name}'"
+        raise CommandError(
+            "\n".join(f"{where}: {one}{'' if one.endswith(('.', '?', '!')) else '.'}" for one in problems)
+        )
 
 
 def _probing(check, source):
@@ -92,8 +100,10 @@ def _probing(check, source):
 def _run(check, source, form, scenarios=None):
     try:
         subject = build(source, form, check.subject)
-    except Exception as error:
-        raise CommandError(f"{check.name}: {form!r}: {error}") from error
+    except (Exception, SystemExit) as error:  # a solution is any code
+        said = error if isinstance(error, CommandError) else f"{type(error).__name__}: {error}"
+        where = f"solutions/{check.lab}.py" + f", changed as the check '{check.name}' says by {form!r}" * bool(form)
+        raise CommandError(f"{where}: {said}.") from error
     return {s["id"]: run(subject, check.kind, s) for s in scenarios or check.scenarios}
 
 

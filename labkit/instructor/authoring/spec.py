@@ -83,7 +83,7 @@ def definitions(root: Path | str) -> list[Check]:
     package = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(package)
-    except Exception as error:  # written by the author of a lab, and may raise anything
+    except (Exception, SystemExit) as error:  # written by the author of a lab, and may raise anything
         raise CommandError(f"{_raised(error, path.parent)}: {type(error).__name__}: {error}") from error
     return package.CHECKS
 
@@ -138,4 +138,6 @@ def build(source: str, form: Form, name: str) -> Any:
             source = source.replace(old, new)
     namespace = {"__name__": "form"}
     exec(compile(source, "<a form of the solution>", "exec"), namespace)
+    if name not in namespace:
+        raise CommandError(f"it defines no {name!r}")
     return namespace[name]

@@ -5,10 +5,11 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
-from labkit.instructor.authoring import new, proof, spec
+from labkit.instructor.authoring import asked, new, numbers, proof, spec
 from labkit.instructor.records import CommandError
 
 from helpers.reference import LABS, ROOT
@@ -95,6 +96,13 @@ WRONG = {  # a text in the source, what stands there instead, a text in the line
     f'Exam("{NAME}")': (f'Exam("{LABS[0]}")', "from labkit.instructor", "is another lab's"),
     'print("passed")': ("", "rng = exam.rng()", "it prints nothing"),
     'id="rubric-a"': ('id="rubric-b"', "# ### BEGIN SOLUTION", "a hidden text cell with the id 'rubric-a'"),
+    'id="rubric-a" tags=["hidden"]': ('id="rubric-a"', "# **Question A, 2", "students would get this rubric"),
+    'points=2 title="Question A"': ('title="Question A"', "# **Question A, 2", "'answer-a', has no points"),
+    'points=2 title="bearing: other': ('title="bearing: other', "rng = exam", "points counts nowhere"),
+    'tags=["check"] points=2': ('tags=["check"] punkte=2', "punkte", "'punkte' means nothing in the head of a cell"),
+    'points=2 title="bearing"\ncheck': ('points=NaN title="bearing"\ncheck', "NaN", "points=nan is no number from 0"),
+    'check("my-lab-bearing", bearing)': ("pass", "pass", "it prints nothing"),
+    'tags=["setup", "hidden"]': ('tags=["setup"]', "rng = exam.rng()", 'a hidden check needs `exam = Exam("'),
 }
 
 
@@ -111,12 +119,94 @@ def test_what_is_wrong_in_a_source_is_told_with_its_line(project, tmp_path, old)
     assert problem.startswith(f"solutions/{NAME}.py, line {line}, cell '") and says in problem
 
 
+UNREADABLE = {
+    'id="grade-bearing"': ('id="check-bearing"', "two cells have the id 'check-bearing'"),
+    'id="grade-bearing" ': ('id="grade bearing" ', "the id 'grade bearing' has to be a text in quotes, of letters"),
+    'tags=["hidden"] points=2': ('tags="hidden" points=2', 'tags are a list of texts, as in tags=["check"]'),
+}
+
+
+@pytest.mark.parametrize("old", UNREADABLE)
+def test_a_head_that_no_notebook_can_have_is_told_with_its_line(project, tmp_path, old):
+    instead, says = UNREADABLE[old]
+    source = (project / "solutions" / f"{NAME}.py").read_text("utf-8")
+    script = tmp_path / f"{NAME}.py"
+    script.write_text(source.replace(old, instead), "utf-8")
+    line = source[: source.index('id="grade-bearing"')].count("\n") + 1
+    with pytest.raises(CommandError, match=rf"^solutions/{NAME}\.py, line {line}: ") as told:
+        proof.problems(script, ["my-lab-bearing"])
+    assert says in str(told.value)
+
+
+def test_a_source_is_read_with_a_byte_order_mark_and_told_in_other_letters(project, tmp_path):
+    source = (project / "solutions" / f"{NAME}.py").read_text("utf-8")
+    script = tmp_path / f"{NAME}.py"
+    script.write_text(source, "utf-8-sig")
+    assert proof.problems(script, ["my-lab-bearing"]) == []
+    script.write_bytes(source.replace("# Say here", "# Für").encode("cp1252", "replace"))
+    line = source[: source.index("·")].count("\n") + 1
+    with pytest.raises(CommandError, match=rf"line {line}: this is no UTF-8"):
+        proof.problems(script, ["my-lab-bearing"])
+
+
+CASE = {"id": "ahead", "title": "ahead", "look": [""], "calls": [["bearing", [1.0, 1.0], [3.0, 2.0]]]}
+MISTAKE = spec.Mistake("swapped", "dy first", [("dy", "dx")])
+ODD = [
+    ({"lab": "99_my_lob"}, "there is no lab '99_my_lob'; did you mean '99_my_lab'?"),
+    ({"kind": "funktion"}, "its kind is 'funktion', and should be one of filter, function."),
+    ({"scenarios": "CASES"}, "its cases should be a list of dictionaries."),
+    ({"scenarios": [CASE, CASE]}, "two of its cases have the id 'ahead'."),
+    ({"scenarios": [{**CASE, "calls": "bearing"}]}, "the calls of the case 'ahead' should be lists"),
+    ({"scenarios": [{"id": "ahead", "title": "ahead", "calls": []}]}, "the case 'ahead' lacks look."),
+    ({"mistakes": [MISTAKE, MISTAKE]}, "two of its mistakes have the id 'swapped'."),
+    ({"mistakes": [spec.Mistake("swapped", " ", "")]}, "the mistake 'swapped' has no sentence"),
+    (
+        {"mistakes": [spec.Mistake("swapped", "dy first", ("dy", "dx"))]},
+        "the mistake 'swapped' should be a list of edits",
+    ),
+]
+
+
+@pytest.mark.parametrize("change, says", ODD)
+def test_what_is_wrong_in_a_check_is_told_with_its_name(change, says):
+    check = spec.Check(
+        **{"name": "h", "lab": NAME, "subject": "bearing", "kind": "function", "scenarios": [CASE]} | change
+    )
+    (told,) = asked.problems([check], [NAME])
+    assert told.startswith(f"solutions/checks, check 'h': {says}")
+    assert asked.problems([replace(check, lab=NAME)] * 2, [NAME])[-1].endswith("two checks have this name.")
+
+
+def test_a_solution_that_cannot_be_run_says_nothing_of_its_mistakes():
+    check = spec.Check(
+        "h", NAME, "bearing", "function", [CASE], mistakes=[spec.Mistake("swapped", "dy first", "x = 1")]
+    )
+    for source, says in [
+        ("x = 1", f"solutions/{NAME}.py: it defines no 'bearing'."),
+        ("import nunpy", "No module named"),
+    ]:
+        with pytest.raises(CommandError, match=says):
+            numbers.make(check, source)
+    with pytest.raises(CommandError) as told:
+        numbers.make(check, "def bearing(x, p):\n    return 1 / 0")
+    assert "passes" not in str(told.value) and "?." not in str(told.value)
+
+
 def test_the_eight_labs_are_without_fault():
-    names = [check.name for check in spec.definitions(ROOT)]
+    checks = spec.definitions(ROOT)
+    names = [check.name for check in checks]
+    assert asked.problems(checks, LABS) == []
     assert [told for lab in LABS for told in proof.problems(ROOT / "solutions" / f"{lab}.py", names)] == []
 
 
-@pytest.mark.parametrize("text, says", [("x = nothing\n", "line 1: NameError"), ("\ndef f(:\n", "line 2: SyntaxError")])
+STOPS = [
+    ("x = nothing\n", "line 1: NameError"),
+    ("\ndef f(:\n", "line 2: SyntaxError"),
+    ("raise SystemExit(3)\n", "line 1: SystemExit"),
+]
+
+
+@pytest.mark.parametrize("text, says", STOPS)
 def test_a_module_of_checks_that_stops_is_told_with_its_line(project, text, says):
     path = project / "solutions" / "checks" / "broken.py"
     path.write_text(text, "utf-8")
