@@ -25,7 +25,7 @@ def text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise DataError(f"{path} is not a plain text file: get the original file again") from None
+        raise DataError(f"{path} is no text in UTF-8: save it as UTF-8, or get the original file again") from None
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
 

@@ -29,7 +29,7 @@ TRUTH: list[tuple[str, ...]] = [("time [s]", "x [m]", "y [m]", "heading [rad]"),
 ABOUT = {  # {key: (what it must be, whether a value is that)}; others are ids that are seen though no landmarks
     "name": ("a text", lambda value: isinstance(value, str)),
     "frame": ("'world' or 'robot'", lambda value: value in ("world", "robot")),
-    "range": ("a number of metres", lambda value: is_number(value) or value == np.inf),
+    "range": ("a number of metres above 0", lambda value: (is_number(value) or value == np.inf) and value > 0),
     "Q": ("rows of numbers", lambda value: as_numbers(value, "Q").ndim == 2),
     "R": ("rows of numbers", lambda value: as_numbers(value, "R").ndim == 2),
     "notes": ("a list of texts", lambda value: all(isinstance(note, str) for note in [*value])),
@@ -154,8 +154,9 @@ def _about(path):
         about = json.loads(text_of(path)) if path.exists() else {}
     except (ValueError, RecursionError) as error:
         raise DataError(f"{path}, line {getattr(error, 'lineno', 1)}: this is no JSON: {error}") from None
-    strange = set(about) - set(ABOUT) if isinstance(about, dict) else {"no keys"}
-    if strange:
+    if not isinstance(about, dict):
+        raise DataError(f'{path} must have its keys in braces, such as {{"name": "our hall"}}')
+    if strange := set(about) - set(ABOUT):
         raise DataError(f"{path} has {', '.join(map(repr, sorted(strange)))}, but it may have {', '.join(ABOUT)} only")
     about = {key: value for key, value in about.items() if value is not None}
     for key, value in about.items():

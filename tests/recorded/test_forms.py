@@ -221,7 +221,8 @@ def test_each_fault_has_its_sentence_with_file_and_line(plain, file, old, new, t
     [
         ("{", r"about.json, line 1: this is no JSON"),
         (f'{{"range": {"9" * 5000}}}', r"about.json, line 1: this is no JSON"),
-        ("[]", r"about.json has 'no keys', but it may have name"),
+        ("[]", r"about.json must have its keys in braces"),
+        ('{"range": -1}', r"about.json: range must be a number of metres above 0, but it is -1"),
         ('{"Frame": "robot"}', r"about.json has 'Frame', but"),
         ('{"frame": "world"}', r"with such steps frame is 'robot', not 'world'"),
         ('{"Q": "small"}', r"about.json: Q must be"),
@@ -239,7 +240,7 @@ def test_no_folder_a_file_that_lacks_and_one_that_is_no_text(plain, tmp_path, da
     with pytest.raises(DataError, match=r"There is no folder nowhere, neither here nor in .*my data"):
         Log.load("nowhere")
     (plain() / "steps.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(DataError, match=r"steps.csv is not a plain text"):
+    with pytest.raises(DataError, match=r"steps.csv is no text in UTF-8: save it"):
         Log.load(tmp_path)
     (tmp_path / "steps.csv").unlink()
     with pytest.raises(DataError, match="lacks steps"):

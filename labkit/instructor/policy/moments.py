@@ -16,6 +16,8 @@ def moment(value: object, zone: tzinfo | None) -> datetime:
         text = value.strip()
         day = re.fullmatch(r"\d{4}-\d\d-\d\d", text)
         try:
+            if not re.match(r"\d{4}-\d\d-\d\d(?!\d)", text):  # 20261120 or a week would be the start of its day
+                raise ValueError
             value = date.fromisoformat(text) if day else datetime.fromisoformat(text)
         except ValueError:
             raise ValueError(f"{value!r} is no date; {HINT}") from None

@@ -117,7 +117,7 @@ def _variants(table: Table) -> tuple[str, str]:
     table.keys(("course", "roster"))
     course, roster = (squash(table.get(key, str, "")) for key in ("course", "roster"))
     for key, value in (("course", course), ("roster", roster)):
-        if table.values and not value:
+        if table.values and not value and isinstance(table.values.get(key, ""), str):
             table.tell(key, "it is missing: variants need the course's name, as it was released, and a roster")
     return course, roster
 
@@ -163,7 +163,8 @@ def _late(table: Table) -> Late:
     if ignore and (points or percent):
         table.tell("ignore", "late hand-ins cannot be left out and cost points too; keep one of them")
     for key in ("cap", "of"):
-        if key in table.values and not (points or percent if key == "cap" else percent):
+        rates = ("percent_a_day", "points_a_day")[: 1 + (key == "cap")]
+        if key in table.values and not any(rate in table.values for rate in rates):
             table.tell(key, f"there is no {'points_a_day or ' * (key == 'cap')}percent_a_day that it could be for")
     cap = table.number("cap", None, 100 if percent else 1e6)
     possible = table.choice("of", ("reached", "possible"), "reached") == "possible"
@@ -176,7 +177,7 @@ def _extensions(top: Table, labs: dict[str, Lab], known: Collection[str], zone: 
         table.keys(("student", "lab", "due"))
         student, lab, due = _name(table, "student"), table.get("lab", str, ""), _due(table, zone)
         for key in ("student", "lab", "due"):
-            if key not in table.values:
+            if key not in table.values or key == "lab" and table.values[key] == "":
                 table.tell(key, "it is missing: an extension has student, lab and due")
         if lab and lab not in known:
             table.tell("lab", f"there is no lab {lab!r}{meant(lab, known)}")
@@ -198,6 +199,10 @@ def _group(table: Table, known: Collection[str]) -> Group | None:
     for lab in labs:
         if lab not in known:
             table.tell("labs", f"there is no lab {lab!r}{meant(lab, known)}")
+    if table.values.get("labs") == []:
+        table.tell("labs", "it is empty; leave it out, and the group is one in all labs")
+    if "" in members:
+        table.tell("members", "one of them is empty; write the name or the number of a student")
     if isinstance(table.values.get("members", []), list) and len(set(members)) < 2:
         table.tell("members", "a group has two members or more")
     if twice := next((name for name in members if members.count(name) > 1), None):

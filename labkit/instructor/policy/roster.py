@@ -28,11 +28,11 @@ def read(path: Path | str) -> list[Pupil]:
     titles = [title.strip().lower() for title in sheet.header]
     if "name" not in titles:
         raise CommandError(f"{path}: its first line should name a column 'name' (and 'number', if there are numbers).")
-    rows = [row for _, row in sheet.lines() if any(row)]
-    pupils = [Pupil(*(_cell(row, titles, title) for title in ("name", "number"))) for row in rows]
-    for line, pupil in enumerate(pupils, 1):
+    rows = [(line, row) for line, row in sheet.lines() if any(map(str.strip, row))]
+    pupils = [Pupil(*(_cell(row, titles, title) for title in ("name", "number"))) for _, row in rows]
+    for (line, _), pupil in zip(rows, pupils):
         if not pupil.name:
-            raise CommandError(f"{path}: entry {line} has no name.")
+            raise CommandError(f"{path}, line {line}: there is no name.")
     for key in ("key", "name"):
         seen: dict[tuple[str, ...], Pupil] = {}
         for pupil in pupils:

@@ -10,6 +10,7 @@ from ..exam.paper import Paper
 from ..intake.collect import Entry
 from ..intake.submission import Work
 from ..records import CommandError
+from ..report.texts import counted
 from . import roster
 from .course import Course
 
@@ -88,5 +89,5 @@ def main(out: Path, force: bool, course: str, table: Path | str) -> int:
     except CommandError as problem:
         print(f"labkit release: {problem}", file=sys.stderr)
         return 2
-    print(f"{out}: {count} kits, one for each student of {table}, with numbers of their own.")
+    print(f"{out}: {counted(count, 'kit')}, one for each student of {table}, with numbers of their own.")
     return 0

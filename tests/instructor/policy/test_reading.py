@@ -105,6 +105,11 @@ BAD = {  # text of the file: what is said of it
     '[[groups]]\nmembers = ["Ada"]': "[[groups]] 1, members: a group has two members or more.",
     "[[groups]]\nlabs = []": "members: a group has two members or more.",
     '[[groups]]\nmembers = "Ada"': "members: this is a text in quotes, and should be a list of texts in quotes.",
+    '[[groups]]\nmembers = ["Ada", "Bo"]\nlabs = []': "labs: it is empty; leave it out, and the group is one in all",
+    '[[groups]]\nmembers = ["Ada", ""]': "members: one of them is empty",
+    f'[labs.{LAB}]\ndue = "20261120"': "due: '20261120' is no date",
+    f'[labs.{LAB}]\ndue = "2026-W47"': "due: '2026-W47' is no date",
+    EXTENSION.replace(LAB, ""): "[[extensions]] 1, lab: it is missing: an extension has student, lab and due.",
     '[[groups]]\nmembers = ["Ada", "Ada", "Bo"]': "members: 'Ada' stands there twice.",
     '[[groups]]\nmembers = ["Ada", 1.5]': "members: there is a number in the list, which should hold texts in quotes.",
     '[[groups]]\nmembers = ["Ada", "Bo"]\nlabs = ["01"]': "labs: there is no lab '01'",
@@ -119,6 +124,15 @@ def test_each_error_is_a_sentence(tmp_path, text, told):
     said = str(error.value)
     assert told in said and "course.toml" in said and "Nothing was graded or changed." in said
     assert said.endswith((".", "?")) and ".." not in said.replace("../", "") and "?." not in said
+
+
+@pytest.mark.parametrize(
+    "text", ['[late]\npercent_a_day = "10"\nof = "possible"\ncap = 5', '[variants]\ncourse = 3\nroster = "r.csv"']
+)
+def test_a_value_of_the_wrong_kind_is_not_told_as_missing_too(tmp_path, text):
+    with pytest.raises(CommandError) as told:
+        read(tmp_path, text)
+    assert len(str(told.value).splitlines()) == 2
 
 
 def test_all_errors_are_told_at_once_and_of_very_many_the_first(tmp_path):

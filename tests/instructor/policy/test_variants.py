@@ -79,7 +79,7 @@ def test_where_nobody_can_answer_it_says_where_one_can(folder, monkeypatch):
     [
         ("student\nAda\n", "should name a column 'name'"),
         ("name\n", "names nobody"),
-        ("name,number\nAda,1\n,2\n", "entry 2 has no name"),
+        ("name,number\nAda,1\n,2\n", "line 3: there is no name"),
         ("name,number\nAda,1\nBob,1\n", "'1' stands there twice"),
         ("name\nAda Lovelace\nLOVELACE, Ada\n", "stands there twice; who has the same name needs a number each"),
         ("name,number\nAda,1\nAda,\n", "'Ada' stands there twice"),
