@@ -58,6 +58,9 @@ def grade(args: Namespace) -> int:
     """Collect, grade what is not graded yet, and write everything out. Raises CommandError."""
     paper = read_paper(args.lab)
     out = Path(args.out)
+    if out.resolve().is_relative_to(Path(args.submissions).resolve()):
+        told = "what is written there would be taken for a student's next time; name a folder beside it"
+        raise CommandError(f"--out {out} lies in {args.submissions}: {told}.")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -61,7 +61,7 @@ def take(name: str, files: dict[str, Callable[[], IO[bytes]]]) -> list[str]:
             log.save(target)
         where = f"it was already in {target} and stays as it is" if there else f"now in {target}"
         said += [
-            f"{own}: {what}, {some(len(log), 'step')} in {log.times[-1] - log.times[0]:.0f} s, "
+            f"{own}: {what}, {some(len(log), 'step')} in {log.times[-1] - log.times[0]:.4g} s, "
             f"{some(len(log.map), 'landmark')}, {some(len(log.seen), 'measurement')}; {where}",
             *(f"  note: {note}" for note in log.notes),
             f"  in a notebook: log = Log.load({own!r})   (from labkit import Log)",

@@ -1,9 +1,9 @@
 """What is wrong in solutions/checks, each in a sentence with the check's name, before anything is made from it."""
 
 from collections.abc import Collection, Iterator
+from difflib import get_close_matches
 from typing import Any
 
-from ..policy.fields import meant
 from .spec import Check
 
 KINDS = ("filter", "function")
@@ -22,7 +22,8 @@ def problems(checks: Collection[Check], labs: Collection[str]) -> list[str]:
 
 def _of(check: Check, labs: Collection[str]) -> Iterator[str]:
     if check.lab not in labs:
-        yield f"there is no lab {check.lab!r}{meant(check.lab, labs)}.".replace("?.", "?")
+        near = get_close_matches(check.lab, labs, 1)
+        yield f"there is no lab {check.lab!r}" + (f": is {near[0]!r} meant?" if near else ".")
     if check.kind not in KINDS:
         yield f"its kind is {check.kind!r}, and should be one of {', '.join(KINDS)}."
     if not isinstance(check.scenarios, list) or not all(isinstance(case, dict) for case in check.scenarios):

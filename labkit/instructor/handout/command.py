@@ -29,11 +29,14 @@ def main(labs: Sequence[str], out: Path | str) -> int:
     """
     from .page import page
 
-    out = Path(out)
-    labs = labs or sorted(path.stem for path in (ROOT / "notebooks").glob("[0-9]*_*.ipynb"))
+    out, known = Path(out), sorted(path.stem for path in (ROOT / "notebooks").glob("[0-9]*_*.ipynb"))
     made: list[Path] = []
     try:
-        pages = {out / f"{lab}.html": page(lab, ROOT) for lab in labs}
+        if not labs and out.name in known:
+            raise CommandError(f"{out.name} is a lab: name the folder to write into behind it.")
+        if out.is_file():
+            raise CommandError(f"{out} is a file: name a folder.")
+        pages = {out / f"{lab}.html": page(lab, ROOT) for lab in labs or known}
         out.mkdir(parents=True, exist_ok=True)
         for path, text in pages.items():
             files.write(path, text)
@@ -83,5 +86,5 @@ def print_page(page: Path, pdf: Path) -> None:
             raise CommandError(f"{browser} did not print {page}: {error}") from None
         if not made.is_file():
             says = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-            raise CommandError(f"{browser} did not print {page}: {' '.join(says) or done.returncode}")
+            raise CommandError(f"{browser} did not print {page}: {' '.join(says) or 'it made no PDF'}")
         files.write(pdf, made.read_bytes())

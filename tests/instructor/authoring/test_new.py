@@ -152,7 +152,7 @@ def test_a_source_is_read_with_a_byte_order_mark_and_told_in_other_letters(proje
 CASE = {"id": "ahead", "title": "ahead", "look": [""], "calls": [["bearing", [1.0, 1.0], [3.0, 2.0]]]}
 MISTAKE = spec.Mistake("swapped", "dy first", [("dy", "dx")])
 ODD = [
-    ({"lab": "99_my_lob"}, "there is no lab '99_my_lob'; did you mean '99_my_lab'?"),
+    ({"lab": "99_my_lob"}, "there is no lab '99_my_lob': is '99_my_lab' meant?"),
     ({"kind": "funktion"}, "its kind is 'funktion', and should be one of filter, function."),
     ({"scenarios": "CASES"}, "its cases should be a list of dictionaries."),
     ({"scenarios": [CASE, CASE]}, "two of its cases have the id 'ahead'."),

@@ -57,6 +57,16 @@ def test_a_lab_that_is_not_there_is_told_and_nothing_is_written(tmp_path, capsys
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_that_was_forgotten_and_a_file_in_its_place_are_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["handout", LABS[0]]) == 2
+    assert capsys.readouterr().err.startswith(f"labkit handout: {LABS[0]} is a lab: name the folder")
+    (tmp_path / "paper").write_text("x")
+    assert cli.main(["handout", LABS[0], "paper"]) == 2
+    assert capsys.readouterr().err == "labkit handout: paper is a file: name a folder.\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["paper"]
+
+
 @ci_only
 @pytest.mark.browser
 def test_nothing_is_wider_than_the_paper(browser):
