@@ -136,6 +136,9 @@ def _scripts(root):
     scripts = sorted((root / "solutions").glob("[0-9]*_*.py"))
     if not scripts:
         raise CommandError(f"{root} holds no solutions/NN_name.py: a release is made from the full kit.")
+    for name in (script.stem for script in scripts):
+        if not (root / "notebooks" / f"{name}.ipynb").is_file():  # as after `labkit new`
+            raise CommandError(f"{name} has no notebook yet: run `labkit build {name}` first.")
     return scripts
 
 

@@ -376,6 +376,12 @@ def test_what_gives_answers_away_is_refused(project, tmp_path, spoil, told):
         assert not out.exists()
 
 
+def test_a_lab_that_was_begun_and_not_built_is_told(project, tmp_path):
+    (project / "notebooks" / f"{LABS[1]}.ipynb").unlink()
+    with pytest.raises(CommandError, match=f"^{LABS[1]} has no notebook yet: run `labkit build {LABS[1]}` first"):
+        release.release(project, tmp_path / "kit.zip")
+
+
 def test_without_solutions_there_is_nothing_to_release(kit, tmp_path):
     with pytest.raises(CommandError, match="a release is made from the full kit"):
         release.release(kit, tmp_path / "out")
