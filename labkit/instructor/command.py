@@ -58,9 +58,9 @@ def grade(args: Namespace) -> int:
     """Collect, grade what is not graded yet, and write everything out. Raises CommandError."""
     paper = read_paper(args.lab)
     out = Path(args.out)
-    if out.resolve().is_relative_to(Path(args.submissions).resolve()):
-        told = "what is written there would be taken for a student's next time; name a folder beside it"
-        raise CommandError(f"--out {out} lies in {args.submissions}: {told}.")
+    if out.resolve() == Path(args.submissions).resolve():
+        told = "what is written there would be taken for students' work the next time; name another folder"
+        raise CommandError(f"--out {out} is the folder of the submissions: {told}.")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -89,7 +89,7 @@ def fill(
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(temporary("class"))
         os.chmod(folder, 0o700)
-        with Submissions(args.submissions) as submissions, book:
+        with Submissions(args.submissions, book.path.parent) as submissions, book:
             jobs, notes = register(book, paper, submissions, args, folder, course)
         for note in notes:
             print(f"Note: {clean(note)}")

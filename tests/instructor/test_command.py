@@ -381,8 +381,7 @@ def test_no_scheduler(monkeypatch):
     [
         (["nowhere", "--out", "out"], "nowhere"),
         (["class", "--out", "file"], "cannot be made"),
-        (["class", "--out", "class/graded"], "--out class/graded lies in class: what is written there"),
-        (["class", "--out", "class"], "--out class lies in class: what is written there"),
+        (["class", "--out", "class"], "--out class is the folder of the submissions: what is written there"),
         (["empty", "--out", "out"], "holds no hand-ins"),
         (["class", "--out", "broken"], "cannot be used as a gradebook"),
     ],

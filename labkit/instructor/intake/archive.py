@@ -32,7 +32,7 @@ DAMAGE = (
 Archive: TypeAlias = "Folder | Zip"
 
 
-def open_archive(path: Path | str) -> Archive:
+def open_archive(path: Path | str, but: Path | None = None) -> Archive:
     """The Folder or Zip at `path`; raises CommandError if it is neither, or cannot be read."""
     path = Path(path)
     try:
@@ -44,7 +44,7 @@ def open_archive(path: Path | str) -> Archive:
     except (OSError, ValueError) as error:
         raise CommandError(f"{path} cannot be opened: {getattr(error, 'strerror', error)}.") from None
     if stat.S_ISDIR(mode):
-        return Folder(path)
+        return Folder(path, but)
     if path.suffix.lower() == ".ipynb":
         raise CommandError(f"{path} is one notebook: give the folder that it is in.")
     if not stat.S_ISREG(mode):
@@ -53,9 +53,10 @@ def open_archive(path: Path | str) -> Archive:
 
 
 class Folder:
-    """The regular files below a folder; its `members`, and `notes` on what was left aside."""
+    """The regular files below a folder, but for another one; its `members`, and `notes` on what was left aside."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, but: Path | None = None) -> None:
+        self._but = os.stat(but) if but else None
         self.name = readable(path.resolve().name)
         self._listing = Listing(path)
         self._walk(path, "", 0)
@@ -81,6 +82,8 @@ class Folder:
             try:
                 info = os.lstat(path)
             except OSError:
+                continue
+            if self._but and os.path.samestat(info, self._but):
                 continue
             is_folder = stat.S_ISDIR(info.st_mode)
             key = path, info.st_dev, info.st_ino

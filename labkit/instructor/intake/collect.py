@@ -72,12 +72,13 @@ class _Student:
 class Submissions:
     """A folder or zip of submissions; closed at the end of a `with` block.
 
+    out: the folder that is written into, of which nothing was handed in.
     Raises CommandError if `path` is no folder and no zip that can be read.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, out: Path | None = None) -> None:
         self._path = path
-        self._archive = Opened(open_archive(path), path)
+        self._archive = Opened(open_archive(path, out), path)
 
     def __enter__(self) -> Self:
         return self

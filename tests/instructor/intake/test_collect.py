@@ -250,6 +250,13 @@ def test_any_notebook_will_do_if_it_has_the_answers(tmp_path):
     assert [(u.student, u.reason) for u in unfits] == [("bob", "x.ipynb is JSON, but not a notebook.")]
 
 
+def test_what_was_written_into_the_folder_is_nobody_s_hand_in(tmp_path):
+    path = laid(tmp_path, {"Ada/01_cartesian_ekf.ipynb": BOOK, "graded/01_cartesian_ekf.ipynb": BOOK})
+    for out, students in ((path / "graded", ["Ada"]), (tmp_path, ["Ada", "graded"])):
+        with Submissions(path, out) as submissions:
+            assert [entry.student for entry in submissions.survey(LAB)[0]] == students
+
+
 def test_one_archive_serves_several_labs(tmp_path):
     path = packed(tmp_path, {f"ada/{NB}": BOOK, "ada/02_noise_mismatch.ipynb": BOOK})
     with Submissions(path) as found:
