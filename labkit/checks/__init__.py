@@ -13,10 +13,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .causes import first_to_mend, used
+from .causes import first_to_mend, more_told, used
 from .compare import gap, likeliest, nearest
 from .feedback import STOPPED, LabError, own_line, safely
 from .hints import fold
+from .memory import keeps
 from .probing import ask
 from .source import newest_is_broken, notes_on
 from .trace import Scenario, Trace, run
@@ -79,7 +80,7 @@ def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
             traces |= safely(lambda: probe(data, subject), dict[str, Trace]())
         return decide(data, traces)
     except CheckError as error:
-        error.add(safely(lambda: [*_first_to_mend(data, subject), *notes_on(subject)], []))
+        error.add(safely(lambda: [*_first_to_mend(data, subject), *keeps(data, subject), *notes_on(subject)], []))
         raise
 
 
@@ -87,13 +88,24 @@ def _first_to_mend(data, subject):
     functions = used(subject)
     beside = [stored(path.stem) for path in sorted(DATA.glob(f"{data['name'].split('-')[0]}-*.json"))]
 
-    def fails(name):
-        try:
-            return any(wrong(other, observe(other, functions[name])) for other in beside if is_of(other, name))
-        except CheckError:
-            return True
+    def failing(others, answer):
+        return [other["name"] for other in others if _fails(other, answer)]
 
-    return first_to_mend(functions, fails, lambda name: used(functions[name]))
+    def fails(name):
+        return bool(failing([other for other in beside if is_of(other, name)], functions[name]))
+
+    lines = first_to_mend(functions, fails, lambda name: used(functions[name]))
+    if lines or data["kind"] == "function" or "probing" in data:
+        return lines
+    probes = [other for other in beside if other["subject"] == data["subject"] and "probing" in other]
+    return more_told(failing(probes, subject))
+
+
+def _fails(data, subject):
+    try:
+        return bool(wrong(data, observe(data, subject)))
+    except CheckError:
+        return True
 
 
 def is_of(data: Data, name: str) -> bool:

@@ -2,7 +2,7 @@
 
 import inspect
 import types
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from .hints import fold
@@ -45,3 +45,12 @@ def first_to_mend(
     told = " and ".join(f"`{name}`" for name in first)
     own = "its own check does" if len(first) == 1 else "their own checks do"
     return fold(f"First mend {told}: {own} not pass yet.")
+
+
+def more_told(checks: Sequence[str]) -> list[str]:
+    """The line about other checks of the same class that do not pass and look closer; [] if there are none."""
+    if not checks:
+        return []
+    names = " and ".join(f"`{name}`" for name in checks)
+    says, that, looks = ("says", "that does", "looks") if len(checks) == 1 else ("say", "these do", "look")
+    return fold(f"First mend what {names} {says}: {that} not pass either, and {looks} closer.")

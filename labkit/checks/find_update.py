@@ -2,14 +2,14 @@
 
 import numpy as np
 
+from .find_estimate import innovation, instead, no_effect, replaced
 from .find_gate import in_gain_only, surprises
 from .find_places import after_predict, again, nearest
 from .find_several import several
-from .findings import Finding, Probed, acts, beside, close, number_text, trait
-from .gain_words import OTHER_WAY
+from .findings import Finding, Probed, acts, close, number_text, trait
 from .gains import explained
 from .line_of_p import covariance, hidden
-from .single import STEPS, Single
+from .single import Single
 from .wraps import far, headings
 
 AFTER_THE_GATE = ("gain", "sign", "estimate", "P", "several")
@@ -64,16 +64,8 @@ def _stops(single):
 
 def _of_one(single):
     """The wrong quantities that one landmark at a time shows."""
-    x = single.probed.x
     if single.blind:
-        still = all(close(a.moved, 0 * a.moved) for a, _ in single.pairs.values())
-        text = f"`update` leaves {x} as it was: is the new value assigned to `self.{x}`?"
-        text = (
-            text
-            if still
-            else f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
-        )
-        return [Finding("estimate", text, [np.array([float(still)] * 3)]), *hidden(single)]
+        return [no_effect(single), *hidden(single)]
     if elsewhere := nearest(single):
         return elsewhere + _of_one(single)
     if found := again(single):
@@ -88,7 +80,7 @@ def _of_one(single):
     found = _of_estimate(single)
     if not single.gains:
         known = {f.part for f in found}
-        found += _innovation(single, "wrap" in known) if single.covariances else explained(single, "h" in known)
+        found += innovation(single, "wrap" in known) if single.covariances else explained(single, "h" in known)
     if not single.covariances:
         found += covariance(single)
     return found or after_predict(single)
@@ -96,16 +88,16 @@ def _of_one(single):
 
 def _of_estimate(single):
     """What is expected, how far innovations are brought home, and whether the correction is added."""
-    replaced = _replaced(single)
-    if replaced and not single.replaced:
-        return replaced
+    other = replaced(single)
+    if other and not single.replaced:
+        return other
     found = _expected(single)
-    if found and not replaced:  # where the gain is the same for all P, another reading is as good
+    if found and not other:  # where the gain is the same for all P, another reading is as good
         single.replaced = True
         if not _expected(single) and "what is expected" in single.probed.fine:
-            return [*far(single), _instead(single)]
+            return [*far(single), instead(single)]
         single.replaced = False
-    return found + far(single) + replaced
+    return found + far(single) + other
 
 
 def _bent(single):
@@ -129,73 +121,15 @@ def _bent(single):
     return [Finding("measured", told[0].upper() + told[1:], [gain])]
 
 
-def _replaced(single):
-    """What of the new estimate does not come from the innovation: it is the same for all gains if h is wrong."""
-    x = single.probed.x
-    if _steady(single):
-        return []
-    single.replaced = True
-    if _steady(single):
-        return [_instead(single)]
-    single.replaced = False
-    a, r = single.pairs["one"]
-    text = f"{x} moves by {beside(a.moved, r.moved)}"
-    told = f"{text}: not all of that comes from the innovation. Look at the line that sets {x}."
-    return [Finding("estimate", told, [a.moved])]
-
-
-def _instead(single):
-    x = single.probed.x
-    return Finding("estimate", f"The correction replaces {x}: it must be added to what {x} was.", [np.ones(2)])
-
-
-def _steady(single):
-    """Whether one innovation explains the moves by several gains."""
-    answers = [single.pairs[id][0] for id in ("one", "one P", "one R", "one wide") if id in single.pairs]
-    gains = np.vstack([a.gain for a in answers])
-    moves = np.concatenate([a.moved + single.replaced * a.x for a in answers])
-    return close(gains @ np.linalg.lstsq(gains, moves)[0], moves, 2e-2)
-
-
-def _innovation(single, wrapped):
-    """The covariances are right, so H and R are; the estimate follows the measurement in another way.
-
-    wrapped: whether angles are known to come out wrong, which may be all of it.
-    """
-    told, x = f"{single.probed.P} comes out right, so H and R are; ", single.probed.x
-    single.parts = {id: single.right(id) for id in STEPS if id in single.pairs}
-    ways = {id: np.linalg.pinv(r.gain) @ a.gain for id, (a, r) in single.tight.items()}
-    first = ways["one"]
-    through = all(close(single.tight[id][1].gain @ way, single.tight[id][0].gain) for id, way in ways.items())
-    scales = [way[0, 0] for way in ways.values()]
-    single.way = first if through else np.full(first.shape, np.nan)
-    if through and all(close(way, way[0, 0] * np.eye(len(way))) for way in ways.values()):
-        how = trait(list(ways.values()), [np.eye(len(first))] * len(ways), single.seconds(ways))
-        if how == "the other sign":
-            return [Finding("sign", told + OTHER_WAY[0].lower() + OTHER_WAY[1:], [np.array(-1.0)])]
-        much = how or f"{scales[0]:.3g} times as much"
-        text = f"the correction is not what it should be ({much}): look at the line that sets {x}."
-        return [Finding("estimate", told + text, [first])]
-    if wrapped:
-        return []
-    if through and all(close(way, first) for way in ways.values()):
-        if close(first, np.diag(np.diag(first))):
-            j = next(j for j in range(len(first)) if not close(first[j, j], 1))
-            f = first[j, j]
-            how = "the other sign" if close(f, -1) else "no effect" if abs(f) < 1e-3 else f"{f:.3g} times the weight"
-            return [Finding("innovation", f"{told}the innovation's {single.probed.rows[j]} has {how}.", [first])]
-        if close(first, np.eye(len(first))[::-1]):
-            return [Finding("innovation", f"{told}the two numbers of the innovation are exchanged.", [first])]
-    a, r = single.pairs["one"]
-    text = f"what {x} makes of the innovation {acts(a.gain, r.gain)}: look at the gain, and at the line that sets {x}."
-    return [Finding("estimate", told + text, [a.gain])]
-
-
 def _expected(single):
     """The first landmark of which something else is expected than should be."""
     came, rights = {}, {}
     for id, (a, _) in single.tight.items():
         if id in ("one", "other") or id.startswith("at "):
+            if close(a.gain, 0 * a.gain):
+                name = single.name(id)
+                text = f"{name[0].upper()}{name[1:]} has no effect on {single.probed.x}, others have: is it left out?"
+                return [Finding("landmark", text, [np.array(0.0)])]
             for j in range(a.gain.shape[1]):
                 if close(a.gain[:, j], 0 * a.gain[:, j]):
                     text = f"The {single.probed.rows[j]} that was measured has no effect on {single.probed.x}."

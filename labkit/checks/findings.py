@@ -13,6 +13,8 @@ from .trace import Scenario
 
 CLOSE = 5e-3  # of the largest entry: what is read off differences of results in single precision is no better
 
+MOST = 4  # columns of a matrix that is shown whole
+
 
 @dataclass(frozen=True, eq=False)
 class Finding:
@@ -57,8 +59,9 @@ def acts(came: Array, right: Array, trait: str = "") -> str:
     """'acts as [1, 2], right is [3, 4]', arrays (...,), with what else is known of the two."""
     size = 1e4 * max(np.abs(came).max(initial=0.0), np.abs(right).max(initial=0.0))  # it is read off differences
     told = beside(came, right, size)
-    if len(set(told.split(", right is "))) == 1 and np.ndim(came) == 2 and came.shape == right.shape:
-        i = int(np.abs(came - right).max(axis=1).argmax())  # what differs is left out of the middle
+    alike = len(set(told.split(", right is "))) == 1  # what differs is left out of the middle
+    if np.ndim(came) == 2 and came.shape == right.shape and (alike or came.shape[1] > MOST):
+        i = int(np.abs(came - right).max(axis=1).argmax())
         told = f"{beside(came[i], right[i], size)}, in row {i + 1}"
     return f"acts as {told}" + (f" ({trait})" if trait else "")
 

@@ -49,7 +49,7 @@ class _Search:
             fit, (say, values, changed) = max(fits, key=lambda one: one[0], default=((0, 0), ("", base, left)))
             if fit <= (0, 0):
                 break
-            said.append(Told(say, say, say))
+            said.append(Told(say, say, say) if fit[0] else Told(say, f"Perhaps: {say}"))
             base = np.where(changed & left, values, base)
             left = left & self.table.wrong(self.mine, values)
         if not said and left.any():

@@ -96,6 +96,8 @@ def stops(probes: Sequence[Scenario], traces: Mapping[str, Trace]) -> dict[str, 
     for probe in probes:
         trace = traces.get(_name(probe["id"]))
         if trace and trace.stop:
+            if trace.stop.call < len(probe["calls"]):
+                continue  # what was asked did not begin
             told[probe["id"]] = f"stops: {trace.stop.text.splitlines()[0].rstrip('.')}."
         elif trace and trace.steps and _ends(trace, len(probe["look"])) is None:
             for name, before, after in zip(probe["look"][:2], trace.steps[0], trace.steps[-1]):

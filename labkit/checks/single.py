@@ -102,6 +102,11 @@ class Single:
         first = self.probed.probes[id].get("first", 1)
         return f"landmark {self.entry(id)[0]!r}" if first == 1 else f"the reading {tuple(self.entry(id)[:first])}"
 
+    @property
+    def thing(self) -> str:
+        """What is seen: 'landmark' or 'reading'."""
+        return "landmark" if self.probed.probes["one"].get("first", 1) == 1 else "reading"
+
     def seen(self, id: str) -> Array:
         """What is measured there (m,)."""
         first = self.probed.probes[id].get("first", 1)
