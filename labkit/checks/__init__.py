@@ -74,31 +74,42 @@ def success(name: str, passed: Sequence[Scenario]) -> str:
 
 def judge(data: Data, subject: Any) -> tuple[list[Scenario], list[Scenario]]:
     """The scenarios that `subject` passed, and those whose advice it needs; raises CheckError."""
+    besides: list[str] = []
     try:
         traces = observe(data, subject)
         if wrong(data, traces):
             traces |= safely(lambda: probe(data, subject), dict[str, Trace]())
+            besides = safely(lambda: _in_time(data["name"], lambda: _besides(data, subject)), besides)
         return decide(data, traces)
     except CheckError as error:
-        error.add(safely(lambda: [*_first_to_mend(data, subject), *keeps(data, subject), *notes_on(subject)], []))
+        error.add(safely(lambda: [*(_first_to_mend(data, subject) or besides), *notes_on(subject)], []))
         raise
 
 
 def _first_to_mend(data, subject):
     functions = used(subject)
-    beside = [stored(path.stem) for path in sorted(DATA.glob(f"{data['name'].split('-')[0]}-*.json"))]
-
-    def failing(others, answer):
-        return [other["name"] for other in others if _fails(other, answer)]
+    beside = _beside(data)
 
     def fails(name):
-        return bool(failing([other for other in beside if is_of(other, name)], functions[name]))
+        return any(_fails(other, functions[name]) for other in beside if is_of(other, name))
 
-    lines = first_to_mend(functions, fails, lambda name: used(functions[name]))
-    if lines or data["kind"] == "function" or "probing" in data:
-        return lines
-    probes = [other for other in beside if other["subject"] == data["subject"] and "probing" in other]
-    return more_told(failing(probes, subject))
+    return first_to_mend(functions, fails, lambda name: used(functions[name]))
+
+
+def _besides(data, subject):
+    """Lines about a filter that fails: where it is looked at closer, and what it keeps from one update to the next."""
+    if data["kind"] == "function" or "probing" in data:
+        return keeps(data, subject)
+    closer = [
+        other["name"]
+        for other in _beside(data)
+        if "probing" in other and other["subject"] == data["subject"] and _fails(other, subject)
+    ]
+    return more_told(closer)
+
+
+def _beside(data):
+    return [stored(path.stem) for path in sorted(DATA.glob(f"{data['name'].split('-')[0]}-*.json"))]
 
 
 def _fails(data, subject):

@@ -15,14 +15,21 @@ def no_effect(single: Single) -> Finding:
     if two and not close(two.gain, 0 * two.gain):
         text = f"With one {single.thing} in view what was measured has no effect on {x}, with two it has: "
         return Finding("estimate", f"{text}is the first or the last of the list left out?", [np.full(3, 2.0)])
-    large = [a.moved for id, (a, _) in single.probed.both("").items() if id == "bent" or id.startswith("far")]
-    if "near" in moves and not all(close(moved, moves["near"]) for moved in large):
+    if _only_large(moves):
         text = f"Where a measurement changes a little, {x} stays the same, where it changes much, it does not: "
         return Finding("estimate", f"{text}is something rounded, or turned into whole numbers?", [np.full(3, 3.0)])
     text = f"What was measured has no effect on {x}: is the innovation what was seen less what is expected?"
     if still:
         text = f"`update` leaves {x} as it was: is the new value assigned to `self.{x}`?"
     return Finding("estimate", text, [np.full(3, float(still))])
+
+
+def _only_large(moves):
+    """Whether a large innovation moves the estimate, where a small one does not and is not taken for nothing else."""
+    if "near" in moves and not close(moves["near"], moves.get("bent", moves["near"])):
+        return True
+    first, last = (moves.get(id, np.zeros(1)) for id in ("other", "more bent"))
+    return close(first, 0 * first) and not close(last, 0 * last)
 
 
 def replaced(single: Single) -> list[Finding]:

@@ -109,8 +109,8 @@ MISTAKES = [
     ),
     Mistake(
         "mean-innovation",
-        "The innovations are averaged, but R stays that of one landmark: the mean of p "
-        "independent measurements has R / p.",
+        "All landmarks together count as much as one. Where innovations are averaged, R of their mean is R / p; "
+        "where they are stacked, R stands on the diagonal only.",
         with_update(MEAN.replace("self.R / len(y)", "self.R")),
     ),
     Mistake(

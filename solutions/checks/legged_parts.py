@@ -475,6 +475,11 @@ PREDICTED_MISTAKES = [
         [(MOVED, MOVED.replace("W @ Q @ W.T", "W.T @ Q @ W"))],
     ),
     Mistake(
+        "noise-subtracted",
+        "The noise of the step is subtracted: a step makes the pose less certain, so W Q W' is added.",
+        [(MOVED, MOVED.replace("+ W @ Q", "- W @ Q"))],
+    ),
+    Mistake(
         "p-without-a",
         "P is not carried along by A (or A is the identity): A P A' + W Q W'. An error of the heading becomes one of the position when "
         "the robot walks.",
