@@ -22,12 +22,16 @@ def far(single: Single) -> list[Finding]:
         right = single.turned(near + single.seen(id) - seen)
         angles = np.abs(right[np.array(single.probed.rows) == "bearing"])
         if not (angles > np.pi - 0.02).any():
-            pairs.append((inverse @ (a.moved + single.replaced * a.x), right))
+            move = a.moved + single.replaced * a.x
+            came = inverse @ move
+            if not close(single.pairs["near"][0].gain @ came, move, 2e-2):
+                return []  # not along the gain: what the innovation is cannot be told
+            pairs.append((came, right))
     for came, right in pairs:
         for j, row in enumerate(single.probed.rows):
             if abs(came[j] - right[j]) > 0.03 + 0.02 * np.abs(right).max():
                 unit = " rad" if row == "bearing" else " m"
-                texts = [number_text(v[j], 3, np.abs(right).max()) + unit for v in (right, came)]
+                texts = [number_text(v[j], 3, np.abs([right, came]).max()) + unit for v in (right, came)]
                 text = f"An innovation whose {row} should be {texts[0]} acts as {texts[1]}"
                 return [Finding("wrap", f"{text}{_how(pairs, j, row)}.", [c for c, _ in pairs])]
     return []
