@@ -44,8 +44,17 @@ def _corrections(single):
     stops = _stops(single) if "one" in single.probed.stops else []
     if "one" not in single.pairs:
         return stops
-    found = stops + _of_one(single)
+    found = _of_Q(single, stops + _of_one(single))
     return found + several(single, found)
+
+
+def _of_Q(single, found):
+    """The findings, with Q in place of a gain and a covariance that change with it."""
+    (a, _), (more, _) = (single.probed.both(id).get(id, (None, None)) for id in ("one", "one Q"))
+    if not (a and more) or close(a.gain, more.gain) or not any(f.part == "gain" for f in found):
+        return found
+    text = "`self.Q` has an effect on the gain in `update`: the robot moves in `predict`, and only there Q is added."
+    return [Finding("Q", text, [a.gain]), *(f for f in found if f.part not in ("gain", "P"))]
 
 
 def _stops(single):

@@ -60,8 +60,8 @@ CASES = {
     "Q once more": (
         KF,
         [("p = len(y)", "p = len(y)\n        self.Pk_k = self.Pk_k + self.Q")],
-        "the gain acts as [[",
-        ["times what it should be", "are stacked"],
+        "`self.Q` has an effect on the gain in `update`",
+        ["times what it should be", "acts as", "are stacked"],
     ),
     "P before the gain": (
         KF,

@@ -21,7 +21,7 @@ def choose(files: Sequence[tuple[Owner, Member]], lab: str) -> tuple[list, str, 
     wrong = [f"{shorten(owner.name)} {_wrong(member)}" for owner, member in mine if _wrong(member)]
     wrong = list(dict.fromkeys(wrong))
     good = [pair for pair in mine if not _wrong(pair[1])]
-    good.sort(key=lambda pair: (pair[0].when or pair[1].when or datetime.min, pair[0].upload))
+    good.sort(key=lambda pair: (_time(pair[0].when or pair[1].when), pair[0].upload, _time(pair[1].own)))
     if good:
         return good, "", [f"{text}; it was left aside." for text in wrong]
     if wrong:
@@ -52,6 +52,10 @@ def alike(students: Sequence[str]) -> list[str]:
         for key, names in groups.items()
         if key and len(names) > 1
     ]
+
+
+def _time(when):
+    return when or datetime.min
 
 
 def _wrong(member):

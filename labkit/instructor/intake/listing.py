@@ -28,10 +28,11 @@ class Member:
 
     path    relative, with '/', fit to be printed: no control characters, no '..', no empty parts.
     size    in bytes, as the archive says.
-    when    its time in local time without a zone, or None.
+    when    its time in local time without a zone, or None; that of a student's archive, if it lies in one.
     wrong   why it cannot be read, continuing 'notebook.ipynb ...', or ''; CROWDED for a folder that is not looked into.
     key     what the archive finds it by.
     raw     the names of its folders and its own, as the archive has them.
+    own     its own time in a student's archive, or None.
     """
 
     path: str
@@ -41,6 +42,7 @@ class Member:
     wrong: str
     key: Any
     raw: tuple[str, ...] = ()
+    own: datetime | None = None
 
     @property
     def parts(self) -> tuple[str, ...]:

@@ -40,9 +40,11 @@ class Opened:
             return []
         if len(inner.members) > MAX_INSIDE:
             return []
-        # What counts is when it was handed in, not what the student's computer says.
+        # What counts is when it was handed in; what the student's computer says only orders what came together.
         return [
-            replace(member, path=f"{outer.path}/{member.path}", when=outer.when, key=(outer, member.key))
+            replace(
+                member, path=f"{outer.path}/{member.path}", when=outer.when, own=member.when, key=(outer, member.key)
+            )
             for member in inner.members
         ]
 

@@ -250,6 +250,14 @@ def test_any_notebook_will_do_if_it_has_the_answers(tmp_path):
     assert [(u.student, u.reason) for u in unfits] == [("bob", "x.ipynb is JSON, but not a notebook.")]
 
 
+def test_of_two_notebooks_in_a_student_s_zip_the_newer_one_counts(tmp_path):
+    inner = packed(
+        tmp_path, [(entry(NB), BOOK), (entry(NB.replace(".", "_old."), when=(2025, 1, 2, 0, 0, 0)), BOOK)], "in.zip"
+    )
+    with Submissions(packed(tmp_path, {"ada/lab.zip": inner.read_bytes()})) as submissions:
+        assert [e.name for e in submissions.survey(LAB)[0]] == [NB.replace(".", "_old."), NB]
+
+
 def test_what_was_written_into_the_folder_is_nobody_s_hand_in(tmp_path):
     path = laid(tmp_path, {"Ada/01_cartesian_ekf.ipynb": BOOK, "graded/01_cartesian_ekf.ipynb": BOOK})
     for out, students in ((path / "graded", ["Ada"]), (tmp_path, ["Ada", "graded"])):
