@@ -12,6 +12,7 @@ from .read import NotebookError, read
 from .rehearse import Rehearsal, checks_of, given, subjects
 from .session import Session
 from .shell import alone
+from .source import WRITE
 
 
 def main(path: str, seconds: float, done: Sequence[str], slow: Sequence[str]) -> None:
@@ -51,7 +52,8 @@ def _rehearse(path, session, tell, done, slow, seconds):
     tell(kind="begin", check="", seconds=CALL)
     for problem in session.run(subjects(checks)):
         tell(kind="problem", where=problem.where, lines=problem.lines)
-    tell(kind="beside", names=_beside())
+    written = {step.node.value.args[0].value for step in session.steps if WRITE in step.names.uses}
+    tell(kind="beside", names=[name for name in _beside() if name not in written])
     rehearsal = Rehearsal(session, set(slow), until=seconds)
     for check in checks:
         if check not in done:

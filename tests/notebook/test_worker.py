@@ -115,6 +115,9 @@ def test_a_module_beside_the_notebook_is_used_and_told(tmp_path, capsys):
     (tmp_path / "helping_hand.py").write_text("from numpy import kron\n", encoding="utf-8")
     status, out, _ = run(capsys, path)
     assert status == 0 and "NOTE  a  It uses the file helping_hand.py beside it: hand that in too." in out
+    book["cells"].insert(0, code("%%writefile helping_hand.py\nfrom numpy import kron\n", "writes"))
+    status, out, _ = run(capsys, save(path, book))
+    assert status == 0 and "hand that in too" not in "".join(out)
 
 
 def test_the_command_runs_as_a_module():
