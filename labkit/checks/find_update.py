@@ -53,8 +53,8 @@ def _of_Q(single, found):
     (a, _), (more, _) = (single.probed.both(id).get(id, (None, None)) for id in ("one", "one Q"))
     if not (a and more) or close(a.gain, more.gain) or not any(f.part == "gain" for f in found):
         return found
-    text = "`self.Q` has an effect on the gain in `update`: the robot moves in `predict`, and only there Q is added."
-    return [Finding("Q", text, [a.gain]), *(f for f in found if f.part not in ("gain", "P"))]
+    text = "`self.Q` has an effect on the gain in `update`: the robot moves in `predict`, and Q belongs there alone."
+    return [Finding("Q in update", text, [a.gain]), *(f for f in found if f.part not in ("gain", "P"))]
 
 
 def _stops(single):

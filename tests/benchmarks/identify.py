@@ -188,6 +188,7 @@ def _with_family(parts):
 
 FAMILIES = (
     {"estimate", "gain", "innovation", "sign"},  # of one line: what the estimate makes of the innovation
+    {"R", "Q in update"},  # Q in place of R
     {"gain", "H P H'"},  # missing in what the gain inverts: whether in S itself only d2 and the covariance show
 )
 
