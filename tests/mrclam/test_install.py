@@ -217,7 +217,7 @@ def cut(path):
         (
             "Robot1_Measurement.dat",
             lambda p: p.write_bytes(b"\xff\xfe\x00"),
-            "Robot1_Measurement.dat is not a plain text",
+            "Robot1_Measurement.dat is no text in UTF-8",
         ),
     ],
 )

@@ -49,6 +49,7 @@ OF = {  # the part to which a finding of labkit.checks.identify belongs
     "several": "R",
     "H P H'": "gain",
     "gain": "gain",
+    "Q in update": "gain",
     "iterated": "gain",
     "sign": "gain",
     "estimate": "gain",
