@@ -63,6 +63,16 @@ CASES = {
         "`self.Q` has an effect on the gain in `update`",
         ["times what it should be", "acts as", "are stacked"],
     ),
+    "Q and R swapped, and P inverted": (
+        RB,
+        [
+            ("np.array(Q) * dt", "np.array(R) * dt"),
+            ("np.array(R) / dt", "np.array(Q) / dt"),
+            (K, "K = np.linalg.inv(self.Pk_k) @ H.T @ np.linalg.inv(S)"),
+        ],
+        "swapped in the constructor",
+        ["self.Q` has an effect"],
+    ),
     "P before the gain": (
         KF,
         [(f"{X}\n        {P}", f"{P}\n        {K}\n        {X}")],
