@@ -1,9 +1,10 @@
 """Which sandbox to use, and what to say about it; `labkit sandbox`."""
 
 import argparse
+import contextlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 
 from .. import folders
 from ..records import CommandError
@@ -13,7 +14,7 @@ from .launch import Sandbox, make_runtime
 CLOSED = 3  # the level from which a sandbox is closed
 
 
-def look() -> Iterator[levels.Found]:
+def look() -> Generator[levels.Found, None, None]:
     """What levels.find finds on this machine, the best first. Raises CommandError on Windows."""
     if os.name == "nt":
         raise CommandError(
@@ -26,10 +27,11 @@ def look() -> Iterator[levels.Found]:
 def choose(args: argparse.Namespace) -> Sandbox:
     """The best Sandbox of this machine that the options allow; says which. Raises CommandError if there is none."""
     most, found = 4 if args.level is None else args.level, []
-    for one in look():
-        found += [one.sandbox] if one.sandbox and one.sandbox.level <= most else []
-        if found and found[-1].level >= min(most, CLOSED):  # no other way is more closed
-            break
+    with contextlib.closing(look()) as ways:  # when Python itself closes it, a Ctrl-C in its last lines is lost
+        for one in ways:
+            found += [one.sandbox] if one.sandbox and one.sandbox.level <= most else []
+            if found and found[-1].level >= min(most, CLOSED):  # no other way is more closed
+                break
     if not found:
         raise CommandError("No sandbox can be used here: `labkit sandbox` tells why.")
     best = max(found, key=lambda sandbox: sandbox.level)

@@ -62,22 +62,36 @@ def test_each_way_is_tried_and_has_a_level_or_a_reason(found):
 def test_nothing_weaker_than_level_2_is_used_unasked(found, monkeypatch):
     for level, option in ((0, "trust_students"), (1, "weak_sandbox")):
         weak = levels.Found("limits only", Sandbox("limits", "", level=level))
-        monkeypatch.setattr(choose, "look", lambda weak=weak: [weak])
+        monkeypatch.setattr(choose, "look", lambda weak=weak: (one for one in [weak]))
         with pytest.raises(CommandError, match=f"--{option.replace('_', '-')}"):
             choose.choose(options())
         assert choose.choose(options(**{option: True})).level == level
-    monkeypatch.setattr(choose, "look", lambda: [levels.Found("bubblewrap", None, why="not installed")])
+    monkeypatch.setattr(
+        choose, "look", lambda: (levels.Found(way, None, why="not installed") for way in ["bubblewrap"])
+    )
     with pytest.raises(CommandError, match="labkit sandbox"):
         choose.choose(options())
 
 
 def test_the_best_is_used_unless_less_is_asked_for(found, monkeypatch, capsys):
     ways = [levels.Found(str(n), Sandbox("bubblewrap", "", level=n)) for n in (2, 4, 3)]
-    monkeypatch.setattr(choose, "look", lambda: ways)
+    monkeypatch.setattr(choose, "look", lambda: (one for one in ways))
     assert choose.choose(options()).level == 4
     assert choose.choose(options(level=2)).level == 2
     said = capsys.readouterr().out
     assert "level 4" in said and "level 2" in said and "Warning" in said
+
+
+def test_a_ctrl_c_while_the_folder_of_the_trial_is_removed_is_not_lost(monkeypatch):
+    def ways():
+        try:
+            yield levels.Found("bubblewrap", Sandbox("bubblewrap", "", level=4))
+        finally:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(choose, "look", ways)
+    with pytest.raises(KeyboardInterrupt):
+        choose.choose(options())
 
 
 def test_the_table_is_printed():
